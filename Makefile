@@ -1,0 +1,153 @@
+# make            build every program into build/
+# make demo       pictures of a real scene in build/demo/
+# make test       every test; make suites: only the cmocka suites, make determinism: only the golden hashes
+# make strict     every language standard, compiler, target and optimisation level, warnings as errors
+# make bench      timings
+# make fuzz       libFuzzer for FUZZ_SECONDS (60); make msan: golden hashes and the corpus under MemorySanitizer
+# make golden     rewrite tests/data/golden.txt (after a deliberate change of the results)
+# make figures    docs/figures/*.gp to svg
+# make format, make check-format, make coverage, make clean
+#
+# config=debug|release|sanitize|thread|coverage chooses the flags; objects of each are kept apart.
+
+config ?= release
+FUZZ_SECONDS ?= 60
+CC = gcc
+
+# Use every core unless the caller chose a number of jobs.
+ifeq ($(filter -j%,$(MAKEFLAGS)),)
+MAKEFLAGS += -j$(shell nproc)
+endif
+
+flags_debug := -O0 -g
+flags_release := -O2
+flags_sanitize := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
+flags_thread := -O1 -g -fsanitize=thread
+flags_coverage := -O0 -g --coverage
+ifeq ($(flags_$(config)),)
+$(error config=$(config): not one of debug, release, sanitize, thread, coverage)
+endif
+
+warnings := -Wall -Wextra -Wpedantic -Wshadow -Wundef -Wconversion -Wsign-conversion -Wdouble-promotion -Werror
+# Contraction to fused multiply-adds would give different bits on different machines.
+cflags := -std=c99 -D_POSIX_C_SOURCE=200809L $(warnings) -ffp-contract=off $(flags_$(config)) -I. -pthread $(CFLAGS)
+libs := -lm
+exr_libs := -lOpenEXRCore
+obj := build/obj/$(config)
+
+# ---- what there is --------------------------------------------------------------------------------------------------
+
+has_main = $(if $(1),$(shell grep -lE '^int main\(' $(1)))
+
+examples := $(wildcard examples/*.c)
+benches := $(call has_main,$(wildcard tests/bench/*.c))
+suites := $(wildcard tests/unit/test_*.c tests/reference/test_*.c)
+common := $(wildcard examples/common/*.c)
+reference := $(filter-out tests/reference/test_%,$(wildcard tests/reference/*.c))
+bench_common := $(filter-out $(benches),$(wildcard tests/bench/*.c))
+
+program_of = build/$(basename $(notdir $(1)))
+programs := $(patsubst build/demo,build/demo-sheet,$(foreach f,$(examples),$(call program_of,$(f))))
+bench_programs := $(foreach f,$(benches),$(call program_of,$(f)))
+suite_programs := $(foreach f,$(suites),build/tests/$(basename $(notdir $(f))))
+objects = $(patsubst %.c,$(obj)/%.o,$(1))
+
+.PHONY: all demo test suites determinism golden strict bench fuzz msan figures format check-format coverage clean FORCE
+.DELETE_ON_ERROR:
+all: $(programs)
+
+# ---- objects --------------------------------------------------------------------------------------------------------
+
+# Packages a part of the build needs; before any compiling, so that no header is missing.
+build/setup/%: tests/setup.sh
+	@tests/setup.sh $*
+	@mkdir -p $(@D) && touch $@
+
+# Files that change only when their text does: recompile on other flags, relink on another configuration.
+$(obj)/flags: text = $(CC) $(cflags)
+build/obj/config: text = $(config)
+$(obj)/flags build/obj/config: FORCE
+	@mkdir -p $(@D)
+	@echo '$(text)' | cmp -s - $@ || echo '$(text)' > $@
+
+$(obj)/%.o: %.c $(obj)/flags | build/setup/build
+	@mkdir -p $(@D)
+	$(CC) $(cflags) -MMD -MP -c $< -o $@
+
+$(call objects,$(suites) $(reference)): | build/setup/test
+# The straight transcription that timings are compared with gets the best of the compiler.
+$(call objects,$(benches) $(bench_common)): private cflags += -O3 -march=native
+
+# As archives, so that a program takes only what it uses (and minimal.c can bring its own implementation).
+$(obj)/common.a: $(call objects,$(common))
+$(obj)/reference.a: $(call objects,$(reference))
+$(obj)/bench.a: $(call objects,$(bench_common))
+$(obj)/%.a:
+	@mkdir -p $(@D)
+	@rm -f $@ && ar rcs $@ $^
+
+-include $(patsubst %.o,%.d,$(call objects,$(examples) $(benches) $(suites) $(common) $(reference) $(bench_common)))
+
+# ---- programs -------------------------------------------------------------------------------------------------------
+
+# $(call program,PROGRAM,SOURCE,ARCHIVES,LIBRARIES)
+define program
+$(1): $(call objects,$(2)) $(3) build/obj/config
+	@mkdir -p $$(@D)
+	$$(CC) $$(cflags) $(call objects,$(2)) $(3) -Wl,--as-needed $(4) $$(libs) -o $$@
+endef
+
+$(foreach f,$(filter-out examples/demo.c,$(examples)),\
+  $(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/common.a,$(exr_libs))))
+$(eval $(call program,build/demo-sheet,examples/demo.c,$(obj)/common.a,$(exr_libs)))
+$(foreach f,$(suites),\
+  $(eval $(call program,build/tests/$(basename $(notdir $(f))),$(f),$(obj)/reference.a $(obj)/common.a,$(exr_libs) -lcmocka)))
+$(foreach f,$(benches),\
+  $(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/bench.a $(obj)/reference.a $(obj)/common.a,$(exr_libs) $(libs_$(f)))))
+
+# ---- what to do with them -------------------------------------------------------------------------------------------
+
+demo: build/demo-sheet
+	build/demo-sheet
+
+bench: build/bench
+	build/bench
+
+test: $(suite_programs) $(programs) | build/setup/test
+	@tests/run.sh $(suite_programs) tests/determinism.sh
+
+suites: $(suite_programs) $(programs)
+	@tests/run.sh $(suite_programs)
+
+determinism: | build/setup/test
+	@tests/run.sh tests/determinism.sh
+
+golden: | build/setup/test
+	tests/determinism.sh --write
+
+strict: | build/setup/strict
+	@tests/run.sh tests/strict/strict.sh
+
+fuzz: | build/setup/fuzz
+	@tests/fuzz/fuzz.sh $(FUZZ_SECONDS)
+
+msan: | build/setup/fuzz
+	@tests/run.sh tests/fuzz/msan.sh
+
+figures: | build/setup/figures
+	@for f in docs/figures/*.gp; do echo "gnuplot $$f" && gnuplot $$f > $${f%.gp}.svg || exit 1; done
+
+sources := $(wildcard *.h examples/*.[ch] examples/common/*.[ch] tests/*/*.[ch])
+format: | build/setup/format
+	clang-format -i $(sources)
+
+check-format: | build/setup/format
+	@clang-format --dry-run -Werror $(sources) && echo '1 passed, 0 failed'
+
+coverage:
+	@find build/obj/coverage -name '*.gcda' -delete 2>/dev/null || true
+	@$(MAKE) --no-print-directory config=coverage suites
+	@find build/obj/coverage -name 'gtao_impl.gcda' -exec gcov -n {} + | grep -A1 "gtao.h'"
+
+clean:
+	rm -rf build
