@@ -1,0 +1,91 @@
+/* Adaptive Gauss-Legendre quadrature in long double of the slice integrals, straight from their definitions. */
+#include "reference.h"
+
+#include <math.h>
+
+enum { POINTS = 12, MAX_DEPTH = 24 };
+
+static const long double pi_l = 3.14159265358979323846264338327950288L;
+
+typedef struct integrand {
+    enum { ARC, ARC_UNIFORM, BENT_O, BENT_V } kind;
+    long double n;
+} integrand;
+
+static long double evaluate(const integrand *f, long double theta) {
+    const long double area = fabsl(sinl(theta)); /* solid angle per azimuth and theta */
+    switch (f->kind) {
+    case ARC:
+        return cosl(theta - f->n) * area;
+    case ARC_UNIFORM:
+        return area;
+    case BENT_O:
+        return cosl(theta - f->n) * area * sinl(theta);
+    case BENT_V:
+        return cosl(theta - f->n) * area * cosl(theta);
+    }
+    return 0.0L;
+}
+
+/* Roots and weights of the Legendre polynomial on [-1, 1], by Newton's method. */
+static void gauss_legendre(long double node[POINTS], long double weight[POINTS]) {
+    for (int i = 0; i < POINTS; i++) {
+        long double x = cosl(pi_l * ((long double)i + 0.75L) / ((long double)POINTS + 0.5L));
+        long double derivative = 1.0L;
+        for (int iteration = 0; iteration < 20; iteration++) {
+            long double p0 = 1.0L, p1 = x;
+            for (int k = 2; k <= POINTS; k++) {
+                const long double kl = (long double)k;
+                const long double p2 = ((2.0L * kl - 1.0L) * x * p1 - (kl - 1.0L) * p0) / kl;
+                p0 = p1;
+                p1 = p2;
+            }
+            derivative = (long double)POINTS * (x * p1 - p0) / (x * x - 1.0L);
+            x -= p1 / derivative;
+        }
+        node[i] = x;
+        weight[i] = 2.0L / ((1.0L - x * x) * derivative * derivative);
+    }
+}
+
+static long double panel(const integrand *f, long double a, long double b) {
+    static long double node[POINTS], weight[POINTS];
+    if (weight[0] == 0.0L)
+        gauss_legendre(node, weight);
+    const long double middle = 0.5L * (a + b), half = 0.5L * (b - a);
+    long double sum = 0.0L;
+    for (int i = 0; i < POINTS; i++)
+        sum += weight[i] * evaluate(f, middle + half * node[i]);
+    return sum * half;
+}
+
+static long double adaptive(const integrand *f, long double a, long double b, long double whole, int depth) {
+    const long double middle = 0.5L * (a + b);
+    const long double left = panel(f, a, middle), right = panel(f, middle, b);
+    if (depth >= MAX_DEPTH || fabsl(left + right - whole) < 1e-15L)
+        return left + right;
+    return adaptive(f, a, middle, left, depth + 1) + adaptive(f, middle, b, right, depth + 1);
+}
+
+/* Smooth on either side of theta = 0, so in two pieces. */
+static long double integrate(const integrand *f, long double a, long double b) {
+    if (a < 0.0L && b > 0.0L)
+        return integrate(f, a, 0.0L) + integrate(f, 0.0L, b);
+    return adaptive(f, a, b, panel(f, a, b), 0);
+}
+
+long double ref_arc(long double h_rad, long double n_rad) {
+    const integrand f = {ARC, n_rad};
+    return h_rad < 0.0L ? integrate(&f, h_rad, 0.0L) : integrate(&f, 0.0L, h_rad);
+}
+
+long double ref_arc_uniform(long double h_rad) {
+    const integrand f = {ARC_UNIFORM, 0.0L};
+    return h_rad < 0.0L ? integrate(&f, h_rad, 0.0L) : integrate(&f, 0.0L, h_rad);
+}
+
+void ref_arc_bent(long double h0_rad, long double h1_rad, long double n_rad, long double t[2]) {
+    const integrand fo = {BENT_O, n_rad}, fv = {BENT_V, n_rad};
+    t[0] = integrate(&fo, h0_rad, h1_rad);
+    t[1] = integrate(&fv, h0_rad, h1_rad);
+}

@@ -1,0 +1,101 @@
+/* Independent references for the tests, written from the definitions in double and long double (memo.c: a float
+ * transcription). They share no code with gtao.h: not its functions, not its approximations, not its height buffer. */
+#ifndef GTAO_TESTS_REFERENCE_H
+#define GTAO_TESTS_REFERENCE_H
+
+#define REF_PI 3.14159265358979323846
+
+/* ---- quadrature.c: the integrals over a slice, by definition ---------------------------------------------------- */
+
+/* Angles in radians from the view vector, signed; the slice's direction o is at +pi/2, the view vector v at 0. */
+
+/* Integral of cos(theta - n) |sin(theta)| between 0 and h. */
+long double ref_arc(long double h_rad, long double n_rad);
+/* Integral of |sin(theta)| between 0 and h. */
+long double ref_arc_uniform(long double h_rad);
+/* Integral of cos(theta - n) |sin(theta)| (sin(theta), cos(theta)) from h0 to h1: components along o and v. */
+void ref_arc_bent(long double h0_rad, long double h1_rad, long double n_rad, long double t[2]);
+
+/* ---- scenes.c: images with exact depth and normals --------------------------------------------------------------- */
+
+typedef enum ref_border { REF_BORDER_OPEN, REF_BORDER_CLAMP, REF_BORDER_WRAP } ref_border;
+
+/* View space is x right, y down, z forward; pixel (x, y) has its centre at (x + 0.5, y + 0.5). */
+typedef struct ref_image {
+    int width, height;
+    int orthographic;
+    double fx, fy, cx, cy; /* perspective, pixels: P = z ((x - cx) / fx, (y - cy) / fy, 1) */
+    double sx, sy;         /* orthographic, world units per pixel: P = (x sx, y sy, z) */
+    float *z;              /* planar depth; sky where not finite, and in perspective where <= 0 */
+    float *normals;        /* 3 a pixel, towards the viewer */
+} ref_image;
+
+/* Square pixels, centred; all sky. Release with ref_image_free. */
+ref_image ref_image_perspective(int width, int height, double fov_y_degrees);
+ref_image ref_image_orthographic(int width, int height, double pixel_size);
+void ref_image_free(ref_image *image);
+
+/* What a ray hits. distance is in units of the direction's length; normals need not face the ray. */
+typedef struct ref_hit {
+    double distance;
+    double normal[3];
+} ref_hit;
+
+typedef struct ref_shape {
+    enum { REF_PLANE, REF_SPHERE, REF_BOX, REF_CYLINDER, REF_CONE } kind;
+    double center[3]; /* a point of the plane, the apex of the cone, the centre otherwise */
+    double axis[3]; /* plane: normal; box: half extents; cylinder: unit direction; cone: opens to this unit direction */
+    double radius;  /* sphere, cylinder; cone: tangent of its wall's elevation */
+    double length;  /* cylinder: half length, without caps */
+} ref_shape;
+
+/* Nearest hit with distance > 0, or 0. */
+int ref_trace(const ref_shape *shapes, int count, const double origin[3], const double direction[3], ref_hit *hit);
+
+/* The camera in the scene's space; a rotation. */
+typedef struct ref_pose {
+    double eye[3];
+    double right[3], down[3], forward[3];
+} ref_pose;
+
+ref_pose ref_pose_look(const double eye[3], const double target[3], const double up[3]);
+
+/* Depth and normals at the pixel centres. pose may be null: the scene is in view space. */
+void ref_render(ref_image *image, const ref_pose *pose, const ref_shape *shapes, int count);
+
+/* Room with spheres, boxes and thin rods in front of the identity pose: number of shapes, 0 if there is no room. */
+int ref_cluttered_scene(ref_shape *shapes, int capacity);
+
+/* ---- heightfield.c: brute force ------------------------------------------------------------------------------------ */
+
+typedef struct ref_settings {
+    double radius;  /* world units */
+    double falloff; /* fraction of the radius over which occlusion fades out, 0: hard cutoff */
+    int slices;
+    const double *angles; /* `slices` screen angles, or null for pi (k + 1/2) / slices */
+    double step_px;       /* distance between samples along the screen line */
+    ref_border border;
+    int uniform; /* nonzero: uniform weighting instead of cosine */
+} ref_settings;
+
+/* Visibility and unit bent normal of one pixel by marching the image as a height field. `bent` may be null. */
+double ref_heightfield(const ref_image *image, const ref_settings *settings, int x, int y, double bent[3]);
+
+/* ---- memo.c: [J19] Algorithm 1, straight and scalar ---------------------------------------------------------------- */
+
+typedef struct memo_settings {
+    int slices, steps; /* directions a pixel, samples on each side of one */
+    float radius;      /* world units */
+    float falloff;     /* [J16] conservative attenuation: fraction of the radius over which samples fade */
+    int max_radius_px; /* cap of the search */
+} memo_settings;
+
+/* [J16] noise of a 4x4 tile, index 4 (y & 3) + (x & 3): slice direction and sample offset, both in [0, 1). */
+void memo_noise(unsigned frame, float direction[16], float offset[16]);
+
+/* Visibility of a perspective image with square pixels: z and normals (3 a pixel) in view space, sky where z <= 0 or
+ * not finite. All buffers are tightly packed. */
+void memo_gtao(int width, int height, const float *z, const float *normals, float focal_px, float cx, float cy,
+               const memo_settings *settings, const float direction[16], const float offset[16], float *visibility);
+
+#endif
