@@ -1,0 +1,802 @@
+/* ao - ambient visibility and bent normals of a depth buffer, file to file. `ao --help` lists the options.
+ *
+ * Everything is read and checked first, computed second, and written last: a run that ends with an error leaves no
+ * output behind. */
+#include "gtao.h"
+
+#include "cli.h"
+#include "image.h"
+#include "pool.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* ---- options ------------------------------------------------------------------------------------------------------ */
+
+typedef struct options {
+    const char *depth, *normal, *output, *bent, *stats; /* files */
+    int depth_kind;
+    float device_scale, device_bias;
+    char axis_name[3]; /* which of the file's axes the library's x, y, z are read from, 0..2 */
+    float axis_sign[3];
+    float normal_to_view[9];
+    int focal_count;
+    float focal[2], center[2], fov_y_degrees, pixel_size;
+    float radius, falloff, thin_blend, thickness, albedo[3];
+    double sky;
+    int max_radius_px, preset, slices, steps, every_pixel, estimator, weighting, noise, border, isa;
+    uint32_t frame;
+    int half, denoise, no_skip;
+    int threads, repeat;
+    uint64_t given; /* bit per option id */
+} options;
+
+enum {
+    OPT_DEPTH,
+    OPT_DEPTH_KIND,
+    OPT_DEVICE_SCALE,
+    OPT_DEVICE_BIAS,
+    OPT_SKY,
+    OPT_NORMAL,
+    OPT_NORMAL_AXES,
+    OPT_NORMAL_TO_VIEW,
+    OPT_FOCAL,
+    OPT_CENTER,
+    OPT_FOV_Y,
+    OPT_ORTHO,
+    OPT_RADIUS,
+    OPT_FALLOFF,
+    OPT_MAX_RADIUS_PX,
+    OPT_THIN_BLEND,
+    OPT_THICKNESS,
+    OPT_PRESET,
+    OPT_SLICES,
+    OPT_STEPS,
+    OPT_ESTIMATOR,
+    OPT_WEIGHTING,
+    OPT_NOISE,
+    OPT_FRAME,
+    OPT_HALF,
+    OPT_DENOISE,
+    OPT_ALBEDO,
+    OPT_BORDER,
+    OPT_BENT,
+    OPT_OUTPUT,
+    OPT_ISA,
+    OPT_THREADS,
+    OPT_NO_SKIP,
+    OPT_REPEAT,
+    OPT_STATS,
+    OPT_HELP,
+    OPT_COUNT
+};
+
+typedef struct option_info {
+    const char *name, *value, *help; /* value null: a flag */
+} option_info;
+
+static const option_info option_table[OPT_COUNT] = {
+    {"--depth", "FILE[:CHANNEL]", "depth, .exr or .pfm"},
+    {"--depth-kind", "z|distance|device|height", "planar z (default), ray length, device depth, ortho height"},
+    {"--device-scale", "A", "device depth d: 1/z = A d + B (ortho: -z = A d + B)"},
+    {"--device-bias", "B", ""},
+    {"--sky", "Z", "depth at or beyond Z is sky (1e9)"},
+    {"--normal", "FILE[:LAYER]", "normals, .exr or .pfm; without: derived from depth"},
+    {"--normal-axes", "+x+y+z", "the file's axes that the library's x (right), y (down), z (forward) are"},
+    {"--normal-to-view", "m00,...,m22", "row-major 3x3, applied before the axes"},
+    {"--focal", "FX[,FY]", "perspective: focal length in pixels"},
+    {"--center", "CX,CY", "perspective: principal point in pixels (image centre)"},
+    {"--fov-y", "DEGREES", "perspective: vertical field of view, square pixels"},
+    {"--ortho", "PIXEL_SIZE", "orthographic: world units per pixel"},
+    {"--radius", "R", "reach of occluders, world units (1); inf: all"},
+    {"--falloff", "F", "part of the radius over which occlusion fades out, 0..1 (0)"},
+    {"--max-radius-px", "N", "cap of the search in pixels (0: none)"},
+    {"--thin-blend", "B", "thickness heuristic of [J16], 0..1 (0: off)"},
+    {"--thickness", "T", "occluders are slabs of T world units (0: height field)"},
+    {"--preset", "low|medium|high|ultra|reference", "(medium)"},
+    {"--slices", "N", "directions per pixel, 1..64"},
+    {"--steps", "N", "samples a side of a slice, 1..256; 0: every pixel"},
+    {"--estimator", "normalized|memo", "(normalized)"},
+    {"--weighting", "cosine|uniform", "(cosine)"},
+    {"--noise", "memo|hilbert|none", "(memo)"},
+    {"--frame", "N", "frame of the temporal noise (0)"},
+    {"--half", NULL, "compute at half resolution"},
+    {"--denoise", "N", "passes of the spatial denoiser (0)"},
+    {"--albedo", "R,G,B", "coloured visibility with multiple bounces, 0..1 each"},
+    {"--border", "clamp|wrap|open", "what lies outside the image (open: nothing)"},
+    {"--bent", "FILE", "also write bent normals, view space; .exr, .pfm or .png"},
+    {"-o", "FILE", "visibility, 1 = open; .exr, .pfm or .png (8 bit, linear)"},
+    {"--isa", "auto|scalar|sse2|avx2|avx512|neon", "(auto) the results are the same bits"},
+    {"--threads", "N", "(all processors) the results are the same bits"},
+    {"--no-skip", NULL, "compute what could be skipped; the results are the same bits"},
+    {"--repeat", "N", "compute N times, report medians (1)"},
+    {"--stats", "FILE", "write times and counts as JSON"},
+    {"--help", NULL, ""},
+};
+
+static const char *const depth_kinds[] = {"z", "distance", "device", "height", NULL};
+static const char *const presets[] = {"medium", "low", "high", "ultra", "reference", NULL};
+static const char *const estimators[] = {"normalized", "memo", NULL};
+static const char *const weightings[] = {"cosine", "uniform", NULL};
+static const char *const noises[] = {"memo", "hilbert", "none", NULL};
+static const char *const borders[] = {"open", "clamp", "wrap", NULL};
+static const char *const isas[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon", NULL};
+
+static int error_line(const char *format, ...) {
+    va_list args;
+    va_start(args, format);
+    fputs("ao: ", stderr);
+    vfprintf(stderr, format, args);
+    fputc('\n', stderr);
+    va_end(args);
+    return 0;
+}
+
+static int bad_value(int id, const char *value, const char *expected) {
+    return error_line("%s %s: must be %s", option_table[id].name, value, expected);
+}
+
+static int given(const options *o, int id) {
+    return (int)(o->given >> id & 1);
+}
+
+static void print_help(void) {
+    puts("ao - ambient visibility and bent normals of a depth buffer\n\n"
+         "usage: ao --depth FILE[:CHANNEL] (--focal FX | --fov-y DEGREES | --ortho PIXEL_SIZE) [options] -o FILE\n");
+    for (int i = 0; i < OPT_COUNT; ++i) {
+        char left[64];
+        const option_info *info = option_table + i;
+        snprintf(left, sizeof left, "%s %s", info->name, info->value ? info->value : "");
+        if (strlen(left) > 30)
+            printf("  %s\n  %-30s %s\n", left, "", info->help);
+        else
+            printf("  %-30s %s\n", left, info->help);
+    }
+    puts("\nThe library's axes are x right, y down, z into the screen; OpenGL's normals are --normal-axes +x-y-z.\n"
+         "Without :CHANNEL and :LAYER the depth channel and the layer of normals are found by name.");
+}
+
+/* "+x-y+z": three signed axes, each once. */
+static int parse_axes(const char *text, options *o) {
+    int seen = 0;
+    for (int i = 0; i < 3; ++i, text += 2) {
+        if ((text[0] != '+' && text[0] != '-') || text[1] < 'x' || text[1] > 'z')
+            return 0;
+        o->axis_sign[i] = text[0] == '-' ? -1.0f : 1.0f;
+        o->axis_name[i] = (char)(text[1] - 'x');
+        seen |= 1 << o->axis_name[i];
+    }
+    return *text == 0 && seen == 7;
+}
+
+static int set_choice(int id, const char *value, const char *const *names, int *choice) {
+    *choice = cli_choice(value, names);
+    if (*choice >= 0)
+        return 1;
+    return bad_value(id, value, option_table[id].value);
+}
+
+static int set_float(int id, const char *value, double lowest, double highest, const char *expected, float *number) {
+    double v;
+    if (!cli_number(value, &v) || !(v >= lowest && v <= highest))
+        return bad_value(id, value, expected);
+    *number = (float)v;
+    if (isinf(*number) && !isinf(v))
+        return bad_value(id, value, expected);
+    return 1;
+}
+
+static int set_integer(int id, const char *value, long lowest, long highest, const char *expected, int *number) {
+    long v;
+    if (!cli_integer(value, lowest, highest, &v))
+        return bad_value(id, value, expected);
+    *number = (int)v;
+    return 1;
+}
+
+static int set_numbers(int id, const char *value, int lowest, int highest, float above, float upto,
+                       const char *expected, float *numbers, int *count) {
+    *count = cli_numbers(value, lowest, highest, numbers);
+    int ok = *count > 0;
+    for (int i = 0; i < *count; ++i)
+        ok = ok && isfinite(numbers[i]) && numbers[i] >= above && numbers[i] <= upto;
+    return ok ? 1 : bad_value(id, value, expected);
+}
+
+static int set_option(options *o, int id, const char *value) {
+    const double any = HUGE_VAL;
+    const float anyf = HUGE_VALF;
+    int count;
+    long frame;
+    double number;
+    switch (id) {
+    case OPT_DEPTH:
+        o->depth = value;
+        return 1;
+    case OPT_NORMAL:
+        o->normal = value;
+        return 1;
+    case OPT_BENT:
+        o->bent = value;
+        return 1;
+    case OPT_OUTPUT:
+        o->output = value;
+        return 1;
+    case OPT_STATS:
+        o->stats = value;
+        return 1;
+    case OPT_DEPTH_KIND:
+        return set_choice(id, value, depth_kinds, &o->depth_kind);
+    case OPT_DEVICE_SCALE:
+        if (!set_numbers(id, value, 1, 1, -anyf, anyf, "a finite number, not 0", &o->device_scale, &count))
+            return 0;
+        return o->device_scale < 0.0f || o->device_scale > 0.0f ? 1 : bad_value(id, value, "a finite number, not 0");
+    case OPT_DEVICE_BIAS:
+        return set_numbers(id, value, 1, 1, -anyf, anyf, "a finite number", &o->device_bias, &count);
+    case OPT_SKY:
+        if (!cli_number(value, &number) || !(number > 0.0) || (float)number <= 0.0f)
+            return bad_value(id, value, "a depth above 0, or inf");
+        o->sky = number;
+        return 1;
+    case OPT_NORMAL_AXES:
+        return parse_axes(value, o) ? 1 : bad_value(id, value, "three signed axes, each once, such as +x-y-z");
+    case OPT_NORMAL_TO_VIEW: {
+        float *m = o->normal_to_view;
+        if (!set_numbers(id, value, 9, 9, -anyf, anyf, "nine finite numbers, row by row", m, &count))
+            return 0;
+        float det = m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) +
+                    m[2] * (m[3] * m[7] - m[4] * m[6]);
+        return fabsf(det) > 0.0f ? 1 : bad_value(id, value, "an invertible matrix");
+    }
+    case OPT_FOCAL:
+        return set_numbers(id, value, 1, 2, 1e-30f, 1e30f, "one or two positive, finite numbers", o->focal,
+                           &o->focal_count);
+    case OPT_CENTER:
+        return set_numbers(id, value, 2, 2, -1e30f, 1e30f, "two finite numbers", o->center, &count);
+    case OPT_FOV_Y:
+        if (!cli_number(value, &number) || !((float)number > 0.0f && (float)number < 180.0f))
+            return bad_value(id, value, "between 0 and 180 degrees");
+        o->fov_y_degrees = (float)number;
+        return 1;
+    case OPT_ORTHO:
+        return set_numbers(id, value, 1, 1, 1e-30f, 1e30f, "a positive, finite number", &o->pixel_size, &count);
+    case OPT_RADIUS:
+        return set_float(id, value, 0.0, any, "a number, 0 or more", &o->radius);
+    case OPT_FALLOFF:
+        return set_float(id, value, 0.0, 1.0, "0..1", &o->falloff);
+    case OPT_MAX_RADIUS_PX:
+        return set_integer(id, value, 0, 1 << 20, "an integer, 0 or more", &o->max_radius_px);
+    case OPT_THIN_BLEND:
+        return set_float(id, value, 0.0, 1.0, "0..1", &o->thin_blend);
+    case OPT_THICKNESS:
+        return set_float(id, value, 0.0, any, "a number, 0 or more", &o->thickness);
+    case OPT_PRESET:
+        return set_choice(id, value, presets, &o->preset);
+    case OPT_SLICES:
+        return set_integer(id, value, 1, 64, "an integer, 1..64", &o->slices);
+    case OPT_STEPS:
+        if (!set_integer(id, value, 0, 256, "an integer, 0..256", &o->steps))
+            return 0;
+        o->every_pixel = o->steps == 0;
+        return 1;
+    case OPT_ESTIMATOR:
+        return set_choice(id, value, estimators, &o->estimator);
+    case OPT_WEIGHTING:
+        return set_choice(id, value, weightings, &o->weighting);
+    case OPT_NOISE:
+        return set_choice(id, value, noises, &o->noise);
+    case OPT_FRAME:
+        if (!cli_integer(value, 0, 0x7fffffff, &frame))
+            return bad_value(id, value, "an integer, 0 or more");
+        o->frame = (uint32_t)frame;
+        return 1;
+    case OPT_DENOISE:
+        return set_integer(id, value, 0, 16, "an integer, 0..16", &o->denoise);
+    case OPT_ALBEDO:
+        return set_numbers(id, value, 3, 3, 0.0f, 1.0f, "three numbers, 0..1", o->albedo, &count);
+    case OPT_BORDER:
+        return set_choice(id, value, borders, &o->border);
+    case OPT_ISA:
+        if (!set_choice(id, value, isas, &o->isa))
+            return 0;
+        if (o->isa != GTAO_ISA_AUTO && !gtao_isa_available((gtao_isa)o->isa))
+            return error_line("--isa %s: not compiled in, or not supported by this machine", value);
+        return 1;
+    case OPT_THREADS:
+        return set_integer(id, value, 1, 1024, "an integer, 1..1024", &o->threads);
+    case OPT_REPEAT:
+        return set_integer(id, value, 1, 100000, "an integer, 1..100000", &o->repeat);
+    case OPT_HALF:
+        o->half = 1;
+        return 1;
+    case OPT_NO_SKIP:
+        o->no_skip = 1;
+        return 1; /* nothing is skipped conditionally so far */
+    default:
+        return 1;
+    }
+}
+
+static int parse_options(int argc, char **argv, options *o) {
+    memset(o, 0, sizeof *o);
+    o->radius = 1.0f;
+    o->sky = 1e9;
+    o->threads = cli_processors();
+    o->repeat = 1;
+    parse_axes("+x+y+z", o);
+    for (int i = 1; i < argc; ++i) {
+        const char *name = argv[i], *value = NULL;
+        const char *equals = strncmp(name, "--", 2) == 0 ? strchr(name, '=') : NULL;
+        size_t length = equals ? (size_t)(equals - name) : strlen(name);
+        int id = 0;
+        while (id < OPT_COUNT &&
+               (strlen(option_table[id].name) != length || memcmp(option_table[id].name, name, length) != 0))
+            ++id;
+        if (id == OPT_COUNT)
+            return error_line("%s: unknown option, see --help", name);
+        if (option_table[id].value) {
+            value = equals ? equals + 1 : i + 1 < argc ? argv[++i] : NULL;
+            if (!value || !value[0] || (!equals && strncmp(value, "--", 2) == 0))
+                return error_line("%s: needs a value, %s", option_table[id].name, option_table[id].value);
+        } else if (equals) {
+            return error_line("%s: takes no value", option_table[id].name);
+        }
+        o->given |= (uint64_t)1 << id;
+        if (!set_option(o, id, value))
+            return 0;
+    }
+    return 1;
+}
+
+/* What later versions of the library will do. */
+static int check_available(const options *o) {
+    int id = o->thickness > 0.0f ? OPT_THICKNESS : o->half ? OPT_HALF : o->denoise > 0 ? OPT_DENOISE : OPT_COUNT;
+    return id == OPT_COUNT ? 1 : error_line("%s: not available in this version", option_table[id].name);
+}
+
+static int same_file(const char *a, const char *b) {
+    struct stat x, y;
+    if (strcmp(a, b) == 0)
+        return 1;
+    return stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
+}
+
+/* Nothing that is written may be read, or written twice. */
+static int check_outputs(const options *o) {
+    const int ids[] = {OPT_OUTPUT, OPT_BENT, OPT_STATS};
+    const char *files[] = {o->output, o->bent, o->stats};
+    const char *inputs[] = {o->depth, o->normal};
+    for (int i = 0; i < 3; ++i) {
+        if (!files[i])
+            continue;
+        const char *name = option_table[ids[i]].name;
+        if (i < 2 && image_format_of(files[i]) == IMAGE_UNKNOWN)
+            return error_line("%s %s: unknown format, the name must end in .exr, .pfm or .png", name, files[i]);
+        struct stat info;
+        if (stat(files[i], &info) == 0 && !S_ISREG(info.st_mode))
+            return error_line("%s %s: not a regular file", name, files[i]);
+        char directory[4096];
+        const char *slash = strrchr(files[i], '/');
+        size_t n = slash == files[i] ? 1 : slash ? (size_t)(slash - files[i]) : 0;
+        if (n >= sizeof directory)
+            return error_line("%s %s: name too long", name, files[i]);
+        memcpy(directory, files[i], n);
+        directory[n] = 0;
+        if (access(n ? directory : ".", W_OK | X_OK) != 0) {
+            int there = stat(n ? directory : ".", &info) == 0;
+            return error_line("%s %s: its directory is %s", name, files[i], there ? "not writable" : "missing");
+        }
+        for (int k = 0; k < i; ++k)
+            if (files[k] && same_file(files[i], files[k]))
+                return error_line("%s %s: the same file as %s", name, files[i], option_table[ids[k]].name);
+        for (int k = 0; k < 2; ++k) {
+            char path[4096];
+            if (inputs[k] && image_spec_path(inputs[k], path, sizeof path) && same_file(files[i], path))
+                return error_line("%s %s: would overwrite the input", name, files[i]);
+        }
+    }
+    return 1;
+}
+
+static int check_options(const options *o) {
+    static const int cameras[] = {OPT_FOCAL, OPT_FOV_Y, OPT_ORTHO};
+    int count = 0, last = 0;
+    if (!o->depth)
+        return error_line("--depth: required, see --help");
+    if (!o->output)
+        return error_line("-o: required, see --help");
+    for (int i = 0; i < 3; ++i)
+        if (given(o, cameras[i])) {
+            if (count++)
+                return error_line("%s: cannot be combined with %s", option_table[cameras[i]].name,
+                                  option_table[last].name);
+            last = cameras[i];
+        }
+    if (!count)
+        return error_line("--focal, --fov-y or --ortho: one of them is required");
+    if (given(o, OPT_CENTER) && given(o, OPT_ORTHO))
+        return error_line("--center: cannot be combined with --ortho");
+    if (o->depth_kind == GTAO_DEPTH_HEIGHT && !given(o, OPT_ORTHO))
+        return error_line("--depth-kind height: needs --ortho");
+    if (o->depth_kind == GTAO_DEPTH_DEVICE && !(given(o, OPT_DEVICE_SCALE) && given(o, OPT_DEVICE_BIAS)))
+        return error_line("--depth-kind device: needs --device-scale and --device-bias");
+    for (int id = OPT_DEVICE_SCALE; id <= OPT_DEVICE_BIAS; ++id)
+        if (given(o, id) && o->depth_kind != GTAO_DEPTH_DEVICE)
+            return error_line("%s: only with --depth-kind device", option_table[id].name);
+    for (int id = OPT_NORMAL_AXES; id <= OPT_NORMAL_TO_VIEW; ++id)
+        if (given(o, id) && !o->normal)
+            return error_line("%s: only with --normal", option_table[id].name);
+    if (given(o, OPT_SKY) && o->depth_kind == GTAO_DEPTH_HEIGHT)
+        return error_line("--sky: not with --depth-kind height");
+    return check_available(o) && check_outputs(o);
+}
+
+/* ---- the work ----------------------------------------------------------------------------------------------------- */
+
+typedef struct job {
+    const options *options;
+    image depth, normals, visibility, bent, color;
+    void *scratch;
+    size_t scratch_size;
+    pool *workers;
+    gtao_stats *stats; /* per thread */
+
+    gtao_desc desc;
+    gtao_output output;
+    gtao_context *context;
+
+    int terminal, shown, run; /* progress line */
+    double started;
+    gtao_stats total;
+} job;
+
+enum { STAGE_BEGIN, STAGE_PREPARE, STAGE_VISIBILITY, STAGE_MULTI_BOUNCE, STAGE_COUNT };
+static const char *const stage_names[STAGE_COUNT] = {"begin", "prepare", "visibility", "multi_bounce"};
+
+static int read_inputs(job *j) {
+    const options *o = j->options;
+    image_error error;
+    if (!image_read_depth(o->depth, &j->depth, &error))
+        return error_line("--depth %s", error.text);
+    if (!o->normal)
+        return 1;
+    if (!image_read_normals(o->normal, &j->normals, &error))
+        return error_line("--normal %s", error.text);
+    const image *d = &j->depth, *n = &j->normals;
+    if (d->width != n->width || d->height != n->height)
+        return error_line("--normal %s: %d x %d, but the depth is %d x %d", o->normal, n->width, n->height, d->width,
+                          d->height);
+    if (d->origin_x != n->origin_x || d->origin_y != n->origin_y)
+        return error_line("--normal %s: its data window lies elsewhere than the depth's", o->normal);
+    return 1;
+}
+
+/* The axes are a signed permutation of the matrix's rows, which is exact. */
+static void set_normals(const job *j, gtao_desc *desc) {
+    static const float identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    const options *o = j->options;
+    const float *m = given(o, OPT_NORMAL_TO_VIEW) ? o->normal_to_view : identity;
+    desc->normals = j->normals.data;
+    for (int row = 0; row < 3; ++row)
+        for (int k = 0; k < 3; ++k)
+            desc->normal_to_view[3 * row + k] = o->axis_sign[row] * m[3 * o->axis_name[row] + k];
+}
+
+/* Without --center the principal point is the middle of the picture that the camera frames, which is not the middle
+ * of the pixels if the file holds only a part of the picture. */
+static void set_camera(const job *j, gtao_desc *desc) {
+    const options *o = j->options;
+    const image *d = &j->depth;
+    gtao_camera *camera = &desc->camera;
+    if (given(o, OPT_ORTHO)) {
+        camera->projection = GTAO_ORTHOGRAPHIC;
+        camera->sx = o->pixel_size;
+        return;
+    }
+    if (given(o, OPT_FOV_Y))
+        *camera = gtao_camera_from_fov(o->fov_y_degrees, d->display_width, d->display_height);
+    else {
+        camera->fx = o->focal[0];
+        camera->fy = o->focal_count > 1 ? o->focal[1] : 0.0f;
+    }
+    camera->off_center = 1;
+    camera->cx = given(o, OPT_CENTER) ? o->center[0] : 0.5f * (float)d->display_width - (float)d->origin_x;
+    camera->cy = given(o, OPT_CENTER) ? o->center[1] : 0.5f * (float)d->display_height - (float)d->origin_y;
+}
+
+static void set_desc(job *j) {
+    const options *o = j->options;
+    gtao_desc *desc = &j->desc;
+    desc->width = j->depth.width;
+    desc->height = j->depth.height;
+    desc->depth = j->depth.data;
+    desc->depth_kind = (gtao_depth_kind)o->depth_kind;
+    desc->device_scale = o->device_scale;
+    desc->device_bias = o->device_bias;
+    if (o->depth_kind != GTAO_DEPTH_HEIGHT && o->sky < 3e38) /* 0 is the library's for: only infinity */
+        desc->sky_z = (float)o->sky;
+    if (o->normal)
+        set_normals(j, desc);
+    set_camera(j, desc);
+    desc->border = (gtao_border)o->border;
+    desc->radius = o->radius;
+    desc->falloff = o->falloff;
+    desc->max_radius_px = o->max_radius_px;
+    desc->preset = (gtao_preset)o->preset;
+    desc->slices = o->slices;
+    desc->steps = o->steps;
+    desc->every_pixel = o->every_pixel;
+    desc->thin_blend = o->thin_blend;
+    desc->estimator = (gtao_estimator)o->estimator;
+    desc->weighting = (gtao_weighting)o->weighting;
+    desc->noise = (gtao_noise)o->noise;
+    desc->frame = o->frame;
+    desc->isa = (gtao_isa)o->isa;
+}
+
+/* The option behind a field of the descriptor that the library refuses. */
+static const char *option_of(gtao_result result) {
+    switch (result) {
+    case GTAO_ERROR_DEVICE:
+        return "--device-scale, --device-bias";
+    case GTAO_ERROR_SKY:
+        return "--sky";
+    case GTAO_ERROR_NORMALS:
+        return "--normal";
+    case GTAO_ERROR_NORMAL_AXES:
+        return "--normal-to-view";
+    case GTAO_ERROR_FOCAL:
+        return "--focal, --fov-y";
+    case GTAO_ERROR_CENTER:
+        return "--center";
+    case GTAO_ERROR_PIXEL_SIZE:
+        return "--ortho";
+    case GTAO_ERROR_BORDER:
+        return "--border";
+    case GTAO_ERROR_RADIUS:
+        return "--radius";
+    case GTAO_ERROR_FALLOFF:
+        return "--falloff";
+    case GTAO_ERROR_MAX_RADIUS:
+        return "--max-radius-px";
+    case GTAO_ERROR_PRESET:
+        return "--preset";
+    case GTAO_ERROR_SLICES:
+        return "--slices";
+    case GTAO_ERROR_STEPS:
+        return "--steps";
+    case GTAO_ERROR_THIN_BLEND:
+        return "--thin-blend";
+    case GTAO_ERROR_ESTIMATOR:
+        return "--estimator";
+    case GTAO_ERROR_WEIGHTING:
+        return "--weighting";
+    case GTAO_ERROR_NOISE:
+        return "--noise";
+    case GTAO_ERROR_ISA:
+        return "--isa";
+    default:
+        return "--depth";
+    }
+}
+
+static int library_error(gtao_result result) {
+    return error_line("%s: %s", option_of(result), gtao_result_string(result));
+}
+
+static int allocate(job *j) {
+    const options *o = j->options;
+    image_error error;
+    int w = j->depth.width, h = j->depth.height;
+    int ok = image_create(&j->visibility, w, h, 1, &error);
+    ok = ok && (!o->bent || image_create(&j->bent, w, h, 3, &error));
+    ok = ok && (!given(o, OPT_ALBEDO) || image_create(&j->color, w, h, 3, &error));
+    if (!ok)
+        return error_line("--depth %s: %s", o->depth, error.text);
+    j->output.visibility = j->visibility.data;
+    j->output.bent_normals = j->bent.data;
+
+    j->scratch_size = gtao_scratch_size(&j->desc);
+    if (j->scratch_size == 0) {
+        gtao_result why = gtao_begin(&j->desc, &j->output, NULL, 0, &j->context);
+        return library_error(why);
+    }
+    j->scratch = malloc(j->scratch_size);
+    j->workers = pool_create(o->threads);
+    j->stats = j->workers ? calloc((size_t)pool_threads(j->workers), sizeof *j->stats) : NULL;
+    if (!j->scratch || !j->stats)
+        return error_line("--depth %s: not enough memory", o->depth);
+    return 1;
+}
+
+static void prepare_rows(void *user, int thread, int row_begin, int row_end) {
+    job *j = user;
+    (void)thread;
+    gtao_prepare_rows(j->context, row_begin, row_end);
+}
+
+static void visibility_rows(void *user, int thread, int row_begin, int row_end) {
+    job *j = user;
+    gtao_visibility_rows(j->context, row_begin, row_end, j->stats + thread);
+}
+
+static void multi_bounce_rows(void *user, int thread, int row_begin, int row_end) {
+    job *j = user;
+    (void)thread;
+    size_t width = (size_t)j->depth.width, end = (size_t)row_end * width;
+    for (size_t i = (size_t)row_begin * width; i < end; ++i)
+        gtao_multi_bounce_rgb(j->visibility.data[i], j->options->albedo, j->color.data + 3 * i);
+}
+
+/* Only on a terminal, and only once the work has taken a second. */
+static void show_progress(void *user, int rows_done, int rows) {
+    job *j = user;
+    if (!j->terminal || cli_seconds() - j->started < 1.0)
+        return;
+    double part = ((double)j->run + (double)rows_done / (double)rows) / (double)j->options->repeat;
+    int percent = (int)(100.0 * part);
+    if (percent != j->shown || !j->shown) {
+        fprintf(stderr, "\rao: %3d %%", percent);
+        fflush(stderr);
+        j->shown = percent ? percent : 1;
+    }
+}
+
+static int compute_once(job *j, double seconds[STAGE_COUNT]) {
+    int rows = j->depth.height;
+    double t0 = cli_seconds();
+    gtao_result result = gtao_begin(&j->desc, &j->output, j->scratch, j->scratch_size, &j->context);
+    if (result != GTAO_OK)
+        return library_error(result);
+    double t1 = cli_seconds();
+    pool_run(j->workers, rows, 0, prepare_rows, NULL, j);
+    double t2 = cli_seconds();
+    pool_run(j->workers, rows, 0, visibility_rows, show_progress, j);
+    double t3 = cli_seconds();
+    if (j->color.data)
+        pool_run(j->workers, rows, 0, multi_bounce_rows, NULL, j);
+    double t4 = cli_seconds();
+    seconds[STAGE_BEGIN] = t1 - t0;
+    seconds[STAGE_PREPARE] = t2 - t1;
+    seconds[STAGE_VISIBILITY] = t3 - t2;
+    seconds[STAGE_MULTI_BOUNCE] = t4 - t3;
+    return 1;
+}
+
+/* Runs it --repeat times. ms[stage] and the total are medians. */
+static int compute(job *j, double ms[STAGE_COUNT], double *total_ms) {
+    int repeat = j->options->repeat, ok = 1;
+    double *times = malloc(sizeof *times * (STAGE_COUNT + 1) * (size_t)repeat);
+    if (!times)
+        return error_line("--repeat %d: not enough memory", repeat);
+    j->terminal = isatty(STDERR_FILENO);
+    j->started = cli_seconds();
+    for (j->run = 0; ok && j->run < repeat; ++j->run) {
+        double seconds[STAGE_COUNT], sum = 0.0;
+        ok = compute_once(j, seconds);
+        for (int s = 0; ok && s < STAGE_COUNT; ++s) {
+            times[s * repeat + j->run] = 1e3 * seconds[s];
+            sum += 1e3 * seconds[s];
+        }
+        if (ok)
+            times[STAGE_COUNT * repeat + j->run] = sum;
+        for (int t = 0; ok && j->run == 0 && t < pool_threads(j->workers); ++t) {
+            j->total.sky += j->stats[t].sky;
+            j->total.masked += j->stats[t].masked;
+            j->total.small_radius += j->stats[t].small_radius;
+            j->total.derived_normals += j->stats[t].derived_normals;
+            j->total.samples += j->stats[t].samples;
+        }
+    }
+    if (j->shown)
+        fputs("\r          \r", stderr);
+    for (int s = 0; ok && s < STAGE_COUNT; ++s)
+        ms[s] = cli_median(times + s * repeat, repeat);
+    *total_ms = ok ? cli_median(times + STAGE_COUNT * repeat, repeat) : 0.0;
+    free(times);
+    return ok;
+}
+
+/* ---- output ------------------------------------------------------------------------------------------------------- */
+
+static void stats_text(const job *j, const double ms[STAGE_COUNT], double total_ms, char *text, size_t size) {
+    size_t n = 0;
+    n += (size_t)snprintf(text + n, size - n,
+                          "{\n  \"width\": %d,\n  \"height\": %d,\n  \"isa\": \"%s\",\n  \"threads\": %d,\n"
+                          "  \"slices\": %d,\n  \"steps\": %d,\n  \"total_ms\": %.6f,\n  \"stages\": [\n",
+                          j->depth.width, j->depth.height, gtao_isa_name(gtao_context_isa(j->context)),
+                          pool_threads(j->workers), gtao_context_slices(j->context), gtao_context_steps(j->context),
+                          total_ms);
+    int stages = j->color.data ? STAGE_COUNT : STAGE_MULTI_BOUNCE;
+    for (int s = 0; s < stages; ++s)
+        n += (size_t)snprintf(text + n, size - n, "    {\"name\": \"%s\", \"ms\": %.6f}%s\n", stage_names[s], ms[s],
+                              s + 1 < stages ? "," : "");
+    snprintf(text + n, size - n,
+             "  ],\n  \"samples\": %llu,\n  \"derived_normals\": %llu,\n"
+             "  \"skipped\": {\"sky\": %llu, \"masked\": %llu, \"small_radius\": %llu}\n}\n",
+             (unsigned long long)j->total.samples, (unsigned long long)j->total.derived_normals,
+             (unsigned long long)j->total.sky, (unsigned long long)j->total.masked,
+             (unsigned long long)j->total.small_radius);
+}
+
+/* The pixels lie in the picture where the depth's did. */
+static void place(image *img, const image *like) {
+    img->origin_x = like->origin_x;
+    img->origin_y = like->origin_y;
+    img->display_width = like->display_width;
+    img->display_height = like->display_height;
+}
+
+/* All files are complete under temporary names before the first gets its own. */
+static int write_outputs(job *j, const double ms[STAGE_COUNT], double total_ms) {
+    static const char *const names_y[] = {"Y"}, *const names_rgb[] = {"R", "G", "B"};
+    static const char *const names_bent[] = {"bent.X", "bent.Y", "bent.Z"};
+    const options *o = j->options;
+    image_error error;
+    image_pending pending[3];
+    char text[2048];
+    int ids[3], count = 0, ok, id = OPT_OUTPUT;
+    memset(pending, 0, sizeof pending);
+    place(&j->visibility, &j->depth);
+    place(&j->bent, &j->depth);
+    place(&j->color, &j->depth);
+
+    ok = image_write(o->output, j->color.data ? &j->color : &j->visibility, j->color.data ? names_rgb : names_y,
+                     IMAGE_RANGE_UNIT, pending + count, &error);
+    ids[count++] = id;
+    if (ok && o->bent) {
+        id = OPT_BENT;
+        ok = image_write(o->bent, &j->bent, names_bent, IMAGE_RANGE_SIGNED, pending + count, &error);
+        ids[count++] = id;
+    }
+    if (ok && o->stats) {
+        id = OPT_STATS;
+        stats_text(j, ms, total_ms, text, sizeof text);
+        ok = image_write_text(o->stats, text, pending + count, &error);
+        ids[count++] = id;
+    }
+    for (int i = 0; ok && i < count; ++i) {
+        id = ids[i];
+        ok = image_commit(pending + i, &error);
+    }
+    for (int i = 0; i < count; ++i)
+        image_discard(pending + i);
+    return ok ? 1 : error_line("%s %s", option_table[id].name, error.text);
+}
+
+static void free_job(job *j) {
+    image_free(&j->depth);
+    image_free(&j->normals);
+    image_free(&j->visibility);
+    image_free(&j->bent);
+    image_free(&j->color);
+    pool_destroy(j->workers);
+    free(j->stats);
+    free(j->scratch);
+}
+
+int main(int argc, char **argv) {
+    options o;
+    for (int i = 1; i < argc; ++i)
+        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
+            print_help();
+            return 0;
+        }
+    if (!parse_options(argc, argv, &o) || !check_options(&o))
+        return 2;
+    job j;
+    memset(&j, 0, sizeof j);
+    j.options = &o;
+    double ms[STAGE_COUNT] = {0}, total_ms = 0.0;
+    int ok = read_inputs(&j);
+    if (ok)
+        set_desc(&j);
+    ok = ok && allocate(&j) && compute(&j, ms, &total_ms) && write_outputs(&j, ms, total_ms);
+    free_job(&j);
+    return ok ? 0 : 2;
+}

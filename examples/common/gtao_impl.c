@@ -1,0 +1,3 @@
+/* The one translation unit of a program that holds the library's implementation. */
+#define GTAO_IMPLEMENTATION
+#include "gtao.h"
