@@ -578,45 +578,88 @@ typedef struct exr_reader {
     const char *const *names; /* wanted channels of this part, null where another part has them */
     int count;
     image *out;
+    int x, y; /* the image's pixel where the current block begins */
     exr_decode_pipeline_t pipeline;
     int begun;
 } exr_reader;
 
+static float half_to_float(uint32_t half) {
+    uint32_t sign = (half & 0x8000u) << 16, exponent = half >> 10 & 31u, mantissa = half & 0x3ffu, bits;
+    float value;
+    if (exponent == 0) { /* zero or denormal: mantissa 2^-24, exact */
+        value = (float)mantissa * 5.9604644775390625e-8f;
+        return sign ? -value : value;
+    }
+    bits = sign | (exponent == 31 ? 0x7f800000u : (exponent + 112u) << 23) | mantissa << 13;
+    memcpy(&value, &bits, 4);
+    return value;
+}
+
+static void convert_line(const uint8_t *from, int type, int width, float *to, int stride) {
+    for (int x = 0; x < width; ++x, to += stride) {
+        if (type == EXR_PIXEL_HALF) {
+            *to = half_to_float((uint32_t)from[2 * x] | (uint32_t)from[2 * x + 1] << 8);
+        } else {
+            const uint8_t *f = from + 4 * x;
+            uint32_t bits = (uint32_t)f[0] | (uint32_t)f[1] << 8 | (uint32_t)f[2] << 16 | (uint32_t)f[3] << 24;
+            if (type == EXR_PIXEL_UINT)
+                *to = (float)bits;
+            else
+                memcpy(to, &bits, 4);
+        }
+    }
+}
+
+/* A decompressed block holds, line by line, the channels one after the other, little endian. OpenEXRCore's own unpacking
+ * is not used: 3.1 dereferences the null pointers of unwanted channels in files of 3 or 4 half channels. */
+static exr_result_t exr_unpack(exr_decode_pipeline_t *pipeline) {
+    exr_reader *r = pipeline->decoding_user_data;
+    const uint8_t *from = pipeline->unpacked_buffer ? pipeline->unpacked_buffer : pipeline->packed_buffer;
+    uint64_t left = from ? pipeline->chunk.unpacked_size : 0;
+    image *out = r->out;
+    for (int y = 0; y < pipeline->chunk.height; ++y)
+        for (int c = 0; c < pipeline->channel_count; ++c) {
+            const exr_coding_channel_info_t *info = pipeline->channels + c;
+            if (info->y_samples > 1 && (pipeline->chunk.start_y + y) % info->y_samples != 0)
+                continue;
+            uint64_t bytes = (uint64_t)info->width * (uint64_t)info->bytes_per_element;
+            if (info->width < 0 || bytes > left)
+                return EXR_ERR_CORRUPT_CHUNK;
+            for (int k = 0; k < r->count; ++k) {
+                if (!r->names[k] || strcmp(r->names[k], info->channel_name) != 0)
+                    continue;
+                if (info->width != pipeline->chunk.width)
+                    return EXR_ERR_CORRUPT_CHUNK;
+                size_t pixel = (size_t)(r->y + y) * (size_t)out->width + (size_t)r->x;
+                convert_line(from, info->data_type, info->width, out->data + pixel * (size_t)out->channels + k,
+                             out->channels);
+            }
+            from += bytes;
+            left -= bytes;
+        }
+    return EXR_ERR_SUCCESS;
+}
+
 /* One block of lines or one tile whose first pixel is (x, y) of the image. */
 static exr_result_t exr_read_block(exr_reader *r, const exr_chunk_info_t *chunk, int x, int y) {
     exr_const_context_t context = r->file->context;
-    image *out = r->out;
+    const image *out = r->out;
     /* What comes from the file decides where we write: check it against the image first. */
     if (x < 0 || y < 0 || chunk->width < 1 || chunk->height < 1 || x > out->width - chunk->width ||
         y > out->height - chunk->height || chunk->unpacked_size > INT32_MAX)
         return EXR_ERR_BAD_CHUNK_LEADER;
-
     exr_result_t result = r->begun ? exr_decoding_update(context, r->part, chunk, &r->pipeline)
                                    : exr_decoding_initialize(context, r->part, chunk, &r->pipeline);
-    int first = !r->begun;
     r->begun = 1;
+    if (result == EXR_ERR_SUCCESS) /* sets the routines that read and decompress */
+        result = exr_decoding_choose_default_routines(context, r->part, &r->pipeline);
     if (result != EXR_ERR_SUCCESS)
         return result;
-    int pixel = out->channels * (int)sizeof(float);
-    for (int c = 0; c < r->pipeline.channel_count; ++c) {
-        exr_coding_channel_info_t *info = r->pipeline.channels + c;
-        info->decode_to_ptr = NULL;
-        info->user_data_type = EXR_PIXEL_FLOAT;
-        info->user_bytes_per_element = 4;
-        info->user_pixel_stride = pixel;
-        info->user_line_stride = pixel * out->width;
-        for (int k = 0; k < r->count; ++k) {
-            if (!r->names[k] || strcmp(r->names[k], info->channel_name) != 0)
-                continue;
-            if (info->width != chunk->width || info->height != chunk->height)
-                return EXR_ERR_BAD_CHUNK_LEADER;
-            size_t at = ((size_t)y * (size_t)out->width + (size_t)x) * (size_t)out->channels + (size_t)k;
-            info->decode_to_ptr = (uint8_t *)(out->data + at);
-        }
-    }
-    if (first)
-        result = exr_decoding_choose_default_routines(context, r->part, &r->pipeline);
-    return result == EXR_ERR_SUCCESS ? exr_decoding_run(context, r->part, &r->pipeline) : result;
+    r->x = x;
+    r->y = y;
+    r->pipeline.decoding_user_data = r;
+    r->pipeline.unpack_and_convert_fn = exr_unpack;
+    return exr_decoding_run(context, r->part, &r->pipeline);
 }
 
 static exr_result_t exr_read_part(exr_reader *r, int min_y) {
