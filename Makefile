@@ -21,7 +21,7 @@ endif
 
 flags_debug := -O0 -g
 flags_release := -O2
-flags_sanitize := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
+flags_sanitize := -O1 -g -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all -fno-omit-frame-pointer
 flags_thread := -O1 -g -fsanitize=thread
 flags_coverage := -O0 -g --coverage
 ifeq ($(flags_$(config)),)
@@ -30,24 +30,27 @@ endif
 
 warnings := -Wall -Wextra -Wpedantic -Wshadow -Wundef -Wconversion -Wsign-conversion -Wdouble-promotion -Werror
 # Contraction to fused multiply-adds would give different bits on different machines.
-cflags := -std=c99 -D_POSIX_C_SOURCE=200809L $(warnings) -ffp-contract=off $(flags_$(config)) -I. -pthread $(CFLAGS)
+cflags := -std=c99 -D_POSIX_C_SOURCE=200809L $(warnings) -ffp-contract=off $(flags_$(config)) -I. -Iexamples/common -pthread $(CFLAGS)
 libs := -lm
 exr_libs := -lOpenEXRCore
 obj := build/obj/$(config)
 
 # ---- what there is --------------------------------------------------------------------------------------------------
 
-has_main = $(if $(1),$(shell grep -lE '^int main\(' $(1)))
+has_main = $(if $(1),$(shell grep -l '^int main' $(1)))
 
 examples := $(wildcard examples/*.c)
 benches := $(call has_main,$(wildcard tests/bench/*.c))
-suites := $(wildcard tests/unit/test_*.c tests/reference/test_*.c)
+all_suites := $(wildcard tests/unit/test_*.c tests/reference/test_*.c)
+# SUITES=test_api limits what is built and run to the suites named.
+suites := $(if $(SUITES),$(foreach s,$(SUITES),$(filter %/$(s).c,$(all_suites))),$(all_suites))
 common := $(wildcard examples/common/*.c)
 reference := $(filter-out tests/reference/test_%,$(wildcard tests/reference/*.c))
-bench_common := $(filter-out $(benches),$(wildcard tests/bench/*.c))
+bench_common := $(filter-out $(benches),$(wildcard tests/bench/*.c tests/bench/rivals/*.c))
 
-program_of = build/$(basename $(notdir $(1)))
-programs := $(patsubst build/demo,build/demo-sheet,$(foreach f,$(examples),$(call program_of,$(f))))
+# build/demo and build/bench are directories of what the programs of that name write.
+program_of = $(patsubst build/demo,build/demo-sheet,$(patsubst build/bench,build/bench-run,build/$(basename $(notdir $(1)))))
+programs := $(foreach f,$(examples),$(call program_of,$(f)))
 bench_programs := $(foreach f,$(benches),$(call program_of,$(f)))
 suite_programs := $(foreach f,$(suites),build/tests/$(basename $(notdir $(f))))
 objects = $(patsubst %.c,$(obj)/%.o,$(1))
@@ -74,7 +77,8 @@ $(obj)/%.o: %.c $(obj)/flags | build/setup/build
 	@mkdir -p $(@D)
 	$(CC) $(cflags) -MMD -MP -c $< -o $@
 
-$(call objects,$(suites) $(reference)): | build/setup/test
+$(call objects,$(suites)): | build/setup/test
+$(call objects,$(benches) $(bench_common)): | build/setup/bench
 # The straight transcription that timings are compared with gets the best of the compiler.
 $(call objects,$(benches) $(bench_common)): private cflags += -O3 -march=native
 
@@ -97,21 +101,19 @@ $(1): $(call objects,$(2)) $(3) build/obj/config
 	$$(CC) $$(cflags) $(call objects,$(2)) $(3) -Wl,--as-needed $(4) $$(libs) -o $$@
 endef
 
-$(foreach f,$(filter-out examples/demo.c,$(examples)),\
-  $(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/common.a,$(exr_libs))))
-$(eval $(call program,build/demo-sheet,examples/demo.c,$(obj)/common.a,$(exr_libs)))
+$(foreach f,$(examples),$(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/common.a,$(exr_libs))))
 $(foreach f,$(suites),\
   $(eval $(call program,build/tests/$(basename $(notdir $(f))),$(f),$(obj)/reference.a $(obj)/common.a,$(exr_libs) -lcmocka)))
 $(foreach f,$(benches),\
-  $(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/bench.a $(obj)/reference.a $(obj)/common.a,$(exr_libs) $(libs_$(f)))))
+  $(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/bench.a $(obj)/reference.a $(obj)/common.a,$(exr_libs) -lembree3)))
 
 # ---- what to do with them -------------------------------------------------------------------------------------------
 
 demo: build/demo-sheet
 	build/demo-sheet
 
-bench: build/bench
-	build/bench
+bench: $(bench_programs)
+	build/bench-run
 
 test: $(suite_programs) $(programs) | build/setup/test
 	@tests/run.sh $(suite_programs) tests/determinism.sh

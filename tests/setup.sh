@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Checks for what the named parts of the build need and installs what is missing (Debian 12).
 #
-#   tests/setup.sh PART...      parts: build, test, strict, fuzz, figures, format, truth
+#   tests/setup.sh PART...      parts: build, test, strict, fuzz, figures, format, bench
 #
 # gtao.h itself needs a C99 compiler and nothing else; this is for the programs and tests around it. Without the right
 # to install, it prints the one line to run and exits with status 1.
 set -u
 
-usage="usage: tests/setup.sh build|test|strict|fuzz|figures|format|truth..."
+usage="usage: tests/setup.sh build|test|strict|fuzz|figures|format|bench..."
 missing=()
 
 # need PACKAGE COMMAND...: the package is missing if the command fails.
@@ -62,7 +62,7 @@ for part in "$@"; do
         ;;
     figures) need gnuplot-nox tool gnuplot ;;
     format) need clang-format tool clang-format ;;
-    truth) need libembree-dev header embree3/rtcore.h ;;
+    bench) need libembree-dev header embree3/rtcore.h ;;
     *)
         echo "$usage" >&2
         exit 2
