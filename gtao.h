@@ -128,8 +128,8 @@ typedef enum gtao_isa {
 } gtao_isa;
 
 /* Everything that is read. Zero-initialise, then set what differs: zero always means the default.
- * Strides are in bytes from one row to the next, may be negative (then the pointer is the first row of the image in
- * memory order last), 0 = tightly packed. Float buffers need float alignment only. */
+ * Pointers are to row 0, the top row. Strides are bytes from a row to the one below it, may be negative (images stored
+ * bottom-up), 0 = tightly packed. Float buffers need float alignment only. */
 typedef struct gtao_desc {
     int width, height; /* pixels, 1..32768 */
 
@@ -280,4 +280,2042 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 }
 #endif
 #endif /* GTAO_H */
+
+/* ================================================================================================================
+ * IMPLEMENTATION
+ * ================================================================================================================ */
+#if defined(GTAO_IMPLEMENTATION) && !defined(GTAOI_IMPLEMENTED)
+#define GTAOI_IMPLEMENTED
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#ifndef GTAO_HEADER_FILENAME
+#define GTAO_HEADER_FILENAME "gtao.h" /* how this file includes itself, once per vector width */
+#endif
+
+#ifndef GTAO_ASSERT
+#include <assert.h>
+#define GTAO_ASSERT(x) assert(x) /* internal invariants only; data and descriptions never reach it */
+#endif
+
+/* ---- platform ------------------------------------------------------------------------------------------------- */
+
+#if !defined(GTAO_NO_SIMD)
+#if defined(__x86_64__) || (defined(_M_X64) && !defined(_M_ARM64EC)) || defined(__i386__) || defined(_M_IX86)
+#define GTAOI_X86 1
+#elif defined(__aarch64__) || defined(_M_ARM64)
+#define GTAOI_NEON 1 /* 32-bit NEON flushes denormals and has no divide: it takes the scalar kernel */
+#endif
+#endif
+#ifndef GTAOI_X86
+#define GTAOI_X86 0
+#endif
+#ifndef GTAOI_NEON
+#define GTAOI_NEON 0
+#endif
+
+#if GTAOI_X86
+#if defined(_MSC_VER) && !defined(__clang__)
+#include <intrin.h>
+#else
+#include <cpuid.h>
+#endif
+#include <immintrin.h>
+#elif GTAOI_NEON
+#include <arm_neon.h>
+#endif
+
+/* One answer everywhere: no contraction of a * b + c, no 80-bit intermediates. */
+#if defined(__clang__)
+#define GTAOI_NO_CONTRACT _Pragma("STDC FP_CONTRACT OFF")
+#else
+#define GTAOI_NO_CONTRACT
+#if defined(__GNUC__)
+#pragma GCC push_options
+#pragma GCC optimize("fp-contract=off")
+#if defined(__i386__)
+#pragma GCC target("sse2,fpmath=sse")
+#endif
+#elif defined(_MSC_VER)
+#pragma float_control(precise, on, push)
+#pragma fp_contract(off)
+#endif
+#endif
+
+#if defined(__GNUC__) || defined(__clang__)
+#define GTAOI_INLINE static inline __attribute__((always_inline, unused))
+#define GTAOI_TARGET(isa) __attribute__((target(isa)))
+#elif defined(_MSC_VER)
+#define GTAOI_INLINE static __forceinline
+#define GTAOI_TARGET(isa)
+#else
+#define GTAOI_INLINE static inline
+#define GTAOI_TARGET(isa)
+#endif
+
+/* ---- constants ------------------------------------------------------------------------------------------------ */
+
+#define GTAOI_PI 3.14159265358979323846
+#define GTAOI_SKY (-1099511627776.0f)       /* -2^40: height of sky and of anything invalid; rises above nothing */
+#define GTAOI_SKY_LIMIT (-549755813888.0f)  /* -2^39: heights below are sky */
+#define GTAOI_W_LIMIT 1048576.0f            /* 2^20: radius / z is held in 2^-20 .. 2^20 */
+#define GTAOI_ORTHO_LIMIT 274877906944.0f   /* 2^38: orthographic heights, in pixels */
+#define GTAOI_KAPPA_LIMIT 1099511627776.0f  /* 2^40: cotangent of a horizon, so that products stay finite */
+#define GTAOI_FACING_MIN 1e-4f              /* least n.v: a normal that faces away is tilted to the silhouette */
+#define GTAOI_CLASS_SHIFT 20                /* radius classes: exponent and 3 bits of mantissa, 8 an octave */
+#define GTAOI_MAX_CLASSES 160
+#define GTAOI_PAD 20                        /* floats beside each row segment: one group of 16 and a few taps */
+#define GTAOI_LANES 16                      /* widest group */
+#define GTAOI_CHUNK 64                      /* samples whose offsets are remapped at once at clamped and wrapped borders */
+#define GTAOI_SAME_SURFACE_PX 4.0f          /* neighbours within so many pixel footprints in depth are one surface */
+
+/* ---- scalar helpers, in the papers' order --------------------------------------------------------------------- */
+
+GTAO_API const char *gtao_result_string(gtao_result result) {
+    static const char *const text[] = {
+#define GTAOI_X(name, string) string,
+        GTAO_RESULTS(GTAOI_X)
+#undef GTAOI_X
+    };
+    return (unsigned)result < (unsigned)GTAO_RESULT_COUNT ? text[result] : "unknown result";
+}
+
+/* a > b ? a : b and a < b ? a : b as in SSE: the second operand if one is NaN. */
+GTAOI_INLINE float gtaoi_max(float a, float b) { return a > b ? a : b; }
+GTAOI_INLINE float gtaoi_min(float a, float b) { return a < b ? a : b; }
+GTAOI_INLINE float gtaoi_clamp(float x, float lo, float hi) { return gtaoi_min(gtaoi_max(x, lo), hi); }
+GTAOI_INLINE int gtaoi_imin(int a, int b) { return a < b ? a : b; }
+GTAOI_INLINE int gtaoi_imax(int a, int b) { return a > b ? a : b; }
+GTAOI_INLINE int gtaoi_finite(float x) { return x >= -FLT_MAX && x <= FLT_MAX; }
+GTAOI_INLINE uint32_t gtaoi_bits(float x) {
+    uint32_t u;
+    memcpy(&u, &x, sizeof u);
+    return u;
+}
+GTAOI_INLINE float gtaoi_from_bits(uint32_t u) {
+    float x;
+    memcpy(&x, &u, sizeof x);
+    return x;
+}
+
+/* sin(pi x) and cos(pi x), 0 <= x < 2, by Taylor's series on |x| <= 1/4; error below 1e-14. Sets up tables. */
+static void gtaoi_sincospi(double x, double *sine, double *cosine) {
+    GTAOI_NO_CONTRACT
+    int quadrant = (int)(2.0 * x + 0.5), k;
+    double a = GTAOI_PI * (x - 0.5 * (double)quadrant), s = 1.0, c = 1.0;
+    for (k = 14; k >= 2; k -= 2) {
+        s = 1.0 - s * a * a / (double)(k * (k + 1));
+        c = 1.0 - c * a * a / (double)((k - 1) * k);
+    }
+    s *= a;
+    switch (quadrant & 3) {
+    case 0: *sine = s, *cosine = c; break;
+    case 1: *sine = c, *cosine = -s; break;
+    case 2: *sine = -s, *cosine = -c; break;
+    default: *sine = -c, *cosine = s; break;
+    }
+}
+
+/* x^p for 0 <= x <= 1, p > 0: 2^(p log2 x), relative error below 1e-9. Sets up tables. */
+static double gtaoi_pow(double x, double p) {
+    GTAOI_NO_CONTRACT
+    double z, zz, log2x, y, f, e = 1.0;
+    int exponent = 0, n, k;
+    if (!(x > 0.0)) return 0.0;
+    if (p == 1.0) return x;
+    if (p == 2.0) return x * x;
+    while (x < 0.70710678118654752) x *= 2.0, exponent--;
+    z = (x - 1.0) / (x + 1.0), zz = z * z;
+    for (log2x = 0.0, k = 19; k >= 1; k -= 2) log2x = log2x * zz + 1.0 / (double)k;
+    y = p * ((double)exponent + 2.0 * z * log2x * 1.4426950408889634);
+    if (y < -60.0) return 0.0;
+    n = -(int)(0.5 - y);
+    f = (y - (double)n) * 0.69314718055994531;
+    for (k = 14; k >= 1; k--) e = 1.0 + e * f / (double)k;
+    for (; n < 0; n++) e *= 0.5;
+    return e;
+}
+
+/* Abramowitz & Stegun 4.4.46, error 2e-8 before rounding; 3e-7 rad over [-1, 1] in float (tests/unit/test_math.c). */
+GTAO_API float gtao_acos(float x) {
+    GTAOI_NO_CONTRACT
+    float a, p;
+    x = gtaoi_clamp(x, -1.0f, 1.0f);
+    a = x < 0.0f ? -x : x;
+    p = -0.0012624911f;
+    p = p * a + 0.0066700901f;
+    p = p * a - 0.0170881256f;
+    p = p * a + 0.0308918810f;
+    p = p * a - 0.0501743046f;
+    p = p * a + 0.0889789874f;
+    p = p * a - 0.2145988016f;
+    p = p * a + 1.5707963050f;
+    p = p * sqrtf(1.0f - a);
+    return x < 0.0f ? 3.14159265f - p : p;
+}
+
+/* Reduction to [-pi/4, pi/4] in two parts, then odd and even polynomials; error 2e-7. */
+GTAO_API void gtao_sincos(float a_rad, float *sine, float *cosine) {
+    GTAOI_NO_CONTRACT
+    float k, r, rr, s, c, swap;
+    int q;
+    a_rad = gtaoi_clamp(a_rad, -100.0f, 100.0f);
+    q = (int)(a_rad * 0.636619772f + (a_rad < 0.0f ? -0.5f : 0.5f));
+    k = (float)q;
+    r = (a_rad - k * 1.5703125f) - k * 4.83826794897e-4f;
+    rr = r * r;
+    s = ((-1.9515295891e-4f * rr + 8.3321608736e-3f) * rr - 1.6666654611e-1f) * rr * r + r;
+    c = ((2.443315711809948e-5f * rr - 1.388731625493765e-3f) * rr + 4.166664568298827e-2f) * rr * rr - 0.5f * rr + 1.0f;
+    if (q & 1) swap = s, s = c, c = -swap;
+    if (q & 2) s = -s, c = -c;
+    *sine = s;
+    *cosine = c;
+}
+
+/* Abramowitz & Stegun 4.4.49, error 2e-8 on [0, 1] before rounding; the kernels' twin is gtaoi_atan. */
+GTAO_API float gtao_atan2(float y, float x) {
+    GTAOI_NO_CONTRACT
+    float ay = y < 0.0f ? -y : y, ax = x < 0.0f ? -x : x;
+    float hi = gtaoi_max(ax, ay), lo = gtaoi_min(ax, ay), q, qq, p;
+    if (!(hi > 0.0f)) return 0.0f;
+    q = lo / hi;
+    qq = q * q;
+    p = 0.0028662257f;
+    p = p * qq - 0.0161657367f;
+    p = p * qq + 0.0429096138f;
+    p = p * qq - 0.0752896400f;
+    p = p * qq + 0.1065626393f;
+    p = p * qq - 0.1420889944f;
+    p = p * qq + 0.1999355085f;
+    p = p * qq - 0.3333314528f;
+    p = p * qq * q + q;
+    if (ay > ax) p = 1.57079633f - p;
+    if (x < 0.0f) p = 3.14159265f - p;
+    return y < 0.0f ? -p : p;
+}
+
+GTAO_API float gtao_arc(float h_rad, float n_rad) {
+    GTAOI_NO_CONTRACT
+    float sn, cn, s2, c2;
+    gtao_sincos(n_rad, &sn, &cn);
+    gtao_sincos(2.0f * h_rad - n_rad, &s2, &c2);
+    return 0.25f * (cn + 2.0f * h_rad * sn - c2);
+}
+
+GTAO_API float gtao_arc_uniform(float h_rad) {
+    GTAOI_NO_CONTRACT
+    float s, c;
+    gtao_sincos(0.5f * h_rad, &s, &c);
+    return 2.0f * s * s;
+}
+
+/* The printed 16 sin n and 8 cos n, as in [J19]; right as printed. */
+GTAO_API void gtao_arc_bent(float h0_rad, float h1_rad, float n_rad, float t[2]) {
+    GTAOI_NO_CONTRACT
+    float s0n, c0n, s1n, c1n, s03, c03, s13, c13, s0p, c0p, s1p, c1p, sn, cn;
+    gtao_sincos(n_rad, &sn, &cn);
+    gtao_sincos(h0_rad - n_rad, &s0n, &c0n);
+    gtao_sincos(h1_rad - n_rad, &s1n, &c1n);
+    gtao_sincos(3.0f * h0_rad - n_rad, &s03, &c03);
+    gtao_sincos(3.0f * h1_rad - n_rad, &s13, &c13);
+    gtao_sincos(h0_rad + n_rad, &s0p, &c0p);
+    gtao_sincos(h1_rad + n_rad, &s1p, &c1p);
+    t[0] = (6.0f * s0n - s03 + 6.0f * s1n - s13 + 16.0f * sn - 3.0f * (s0p + s1p)) / 12.0f;
+    t[1] = (-c03 - c13 + 8.0f * cn - 3.0f * (c0p + c1p)) / 12.0f;
+}
+
+GTAO_API float gtao_multi_bounce(float visibility, float albedo) {
+    GTAOI_NO_CONTRACT
+    float a = 2.0404f * albedo - 0.3324f, b = -4.7951f * albedo + 0.6417f, c = 2.7552f * albedo + 0.6903f;
+    float x = visibility;
+    return gtaoi_max(x, ((x * a + b) * x + c) * x);
+}
+
+GTAO_API void gtao_multi_bounce_rgb(float visibility, const float albedo[3], float rgb[3]) {
+    int i;
+    for (i = 0; i < 3; i++) rgb[i] = gtao_multi_bounce(visibility, albedo[i]);
+}
+
+/* [J16] noise, as meant. Printed, the directions lack parentheses; and the 6 rotations fall onto 3 offsets within a
+ * sixteenth, so 16 x 6 would repeat 48 directions twice: the second three frames are moved by 1/96. Likewise 4 spatial
+ * and 4 temporal offsets coincide unless the temporal ones divide the spatial quarter. */
+static void gtaoi_noise_memo(int x, int y, uint32_t frame, double *direction, double *offset) {
+    GTAOI_NO_CONTRACT
+    static const int rotations[6] = {60, 300, 180, 240, 120, 0};
+    static const int offsets[4] = {0, 2, 1, 3};
+    int spatial = (((x + y) & 3) << 2) + (x & 3), turn = (int)(frame % 6);
+    int d96 = 6 * spatial + rotations[turn] * 96 / 360 + (turn >= 3);
+    int o16 = 4 * ((y - x) & 3) + offsets[frame / 6 % 4];
+    *direction = (double)(d96 % 96) / 96.0;
+    *offset = (double)o16 / 16.0;
+}
+
+/* Position of (x, y) along the Hilbert curve of a 64x64 tile, then the R2 sequence; 288 further each frame. */
+static void gtaoi_noise_hilbert(int x, int y, uint32_t frame, double *direction, double *offset) {
+    GTAOI_NO_CONTRACT
+    int index = 0, side, t;
+    double i, d, o;
+    x &= 63, y &= 63;
+    for (side = 32; side > 0; side /= 2) {
+        int rx = (x & side) > 0, ry = (y & side) > 0;
+        index += side * side * ((3 * rx) ^ ry);
+        if (!ry) {
+            if (rx) x = 63 - x, y = 63 - y;
+            t = x, x = y, y = t;
+        }
+    }
+    i = (double)(index + 288 * (int)(frame % 64));
+    d = 0.5 + i * 0.75487766624669276005;
+    o = 0.5 + i * 0.56984029099805326591;
+    *direction = d - (double)(int)d;
+    *offset = o - (double)(int)o;
+}
+
+static void gtaoi_noise(gtao_noise noise, int x, int y, uint32_t frame, double *direction, double *offset) {
+    *direction = *offset = 0.5;
+    if (noise == GTAO_NOISE_MEMO) gtaoi_noise_memo(x, y, frame, direction, offset);
+    if (noise == GTAO_NOISE_HILBERT) gtaoi_noise_hilbert(x, y, frame, direction, offset);
+}
+
+GTAO_API void gtao_noise_at(gtao_noise noise, int x, int y, uint32_t frame, float *direction, float *offset) {
+    double d, o;
+    gtaoi_noise(noise, x, y, frame, &d, &o);
+    *direction = (float)d;
+    *offset = (float)o;
+}
+
+/* x in [0, 1] to 0 .. scale, rounded; NaN to 0. */
+GTAOI_INLINE uint32_t gtaoi_unorm(float x, float scale) {
+    GTAOI_NO_CONTRACT
+    return (uint32_t)(gtaoi_min(gtaoi_max(x, 0.0f), 1.0f) * scale + 0.5f);
+}
+
+GTAO_API uint32_t gtao_pack(float visibility, const float bent_normal[3]) {
+    GTAOI_NO_CONTRACT
+    uint32_t p = gtaoi_unorm(visibility, 255.0f);
+    int i;
+    for (i = 0; i < 3; i++) p |= gtaoi_unorm(0.5f + 0.5f * bent_normal[i], 255.0f) << (8 * (i + 1));
+    return p;
+}
+
+GTAO_API void gtao_unpack(uint32_t packed, float *visibility, float bent_normal[3]) {
+    GTAOI_NO_CONTRACT
+    float length = 0.0f;
+    int i;
+    *visibility = (float)(packed & 255) * (1.0f / 255.0f);
+    for (i = 0; i < 3; i++) {
+        bent_normal[i] = (float)(packed >> (8 * (i + 1)) & 255) * (2.0f / 255.0f) - 1.0f;
+        length += bent_normal[i] * bent_normal[i];
+    }
+    length = 1.0f / sqrtf(length); /* never zero: 127.5 is not an integer */
+    for (i = 0; i < 3; i++) bent_normal[i] *= length;
+}
+
+GTAO_API gtao_camera gtao_camera_from_fov(float fov_y_degrees, int width, int height) {
+    gtao_camera c;
+    (void)width;
+    memset(&c, 0, sizeof c);
+    c.fx = c.fy = (float)(0.5 * (double)height / tan((double)fov_y_degrees * (GTAOI_PI / 360.0)));
+    return c;
+}
+
+/* The row of clip w decides: w = m14 z for a perspective, 1 for an orthographic matrix; its sign gives the handedness. */
+GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip clip, int clip_y_down, int width,
+                                                 int height, gtao_camera *camera, float *device_scale,
+                                                 float *device_bias) {
+    double forward, scale, bias, y_sign = clip_y_down ? 1.0 : -1.0;
+    gtao_camera c;
+    int i, perspective, orthographic;
+    memset(&c, 0, sizeof c);
+    for (i = 0; i < 16; i++)
+        if (!gtaoi_finite(m[i])) return GTAO_ERROR_MATRIX;
+    perspective = m[14] != 0.0f && m[15] == 0.0f && m[11] != 0.0f;
+    orthographic = m[14] == 0.0f && m[15] != 0.0f && m[10] != 0.0f;
+    if (m[12] != 0.0f || m[13] != 0.0f || m[0] == 0.0f || m[5] == 0.0f || (!perspective && !orthographic))
+        return GTAO_ERROR_MATRIX;
+    if (perspective) {
+        /* ndc x = m0 x / w + m2 / m14, ndc z = m10 / m14 + m11 / w, with w = |m14| z in the library's axes. */
+        forward = fabs((double)m[14]);
+        c.fx = (float)(fabs((double)m[0]) / forward * 0.5 * (double)width);
+        c.fy = (float)(fabs((double)m[5]) / forward * 0.5 * (double)height);
+        c.off_center = 1;
+        c.cx = (float)((1.0 + (double)m[2] / (double)m[14]) * 0.5 * (double)width);
+        c.cy = (float)((1.0 + y_sign * (double)m[6] / (double)m[14]) * 0.5 * (double)height);
+        scale = forward / (double)m[11];
+        bias = -(double)m[10] / (double)m[14] * scale;
+    } else {
+        /* The clip volume lies in front of the camera: that tells forward from backward, standard from reversed. */
+        double z0 = -(double)m[11] / (double)m[10], z1 = ((double)m[15] - (double)m[11]) / (double)m[10];
+        forward = z0 + z1 != 0.0 ? (z0 + z1 > 0.0 ? 1.0 : -1.0) : (m[10] > 0.0f ? 1.0 : -1.0);
+        c.projection = GTAO_ORTHOGRAPHIC;
+        c.sx = (float)(2.0 * fabs((double)m[15] / (double)m[0]) / (double)width);
+        c.sy = (float)(2.0 * fabs((double)m[15] / (double)m[5]) / (double)height);
+        scale = -forward * (double)m[15] / (double)m[10];
+        bias = forward * (double)m[11] / (double)m[10];
+    }
+    if (clip == GTAO_CLIP_MINUS_ONE_TO_ONE) bias -= scale, scale *= 2.0;
+    *camera = c;
+    *device_scale = (float)scale;
+    *device_bias = (float)bias;
+    return GTAO_OK;
+}
+
+/* ---- context -------------------------------------------------------------------------------------------------- */
+
+/* One sample of a slice, shared by all pixels of a noise phase. */
+typedef struct gtaoi_sample {
+    float inv_length;  /* 1 / |q|, or 1 / t on the slice line in every-pixel mode; per pixel */
+    float ux, uy;      /* q / |q|; in every-pixel mode ux is the weight of the second tap */
+    int16_t qx, qy;    /* whole-pixel offset of the first tap */
+    int32_t offset[4]; /* of the taps in the height buffer: +q, -q, second taps of +q and -q */
+} gtaoi_sample;
+
+typedef struct gtaoi_slice {
+    float dx, dy; /* unit screen direction */
+    float bx, by; /* the same in units of the ray r: (dx / fx, dy / fy), or (dx, dy sy / sx) orthographic */
+    float bb;     /* |b|^2 */
+} gtaoi_slice;
+
+struct gtao_context {
+    gtao_desc d;          /* defaults resolved */
+    gtao_output o;
+    int orthographic, bounded;
+    int every_pixel, slices, max_steps;
+    int per_pixel_noise;  /* directions differ within a group: gather */
+    int period;           /* of the noise along x and y that the height buffer is interleaved for: 4 or 1 */
+    int classes;
+    uint32_t class_base;  /* bits of the least extent, shifted */
+    int cosines;          /* the search takes every cosine: memo estimator, thickness heuristic */
+    int bent;             /* bent normals are wanted */
+    float extent_min, extent_max; /* of the sphere of the radius on the plane z = 1 (orthographic: in pixels) */
+    float extent;                 /* orthographic: the same everywhere */
+    float max_radius;             /* cap in pixels */
+    float bx1, by1, cx, cy;       /* r = ((x + 0.5 - cx) bx1, (y + 0.5 - cy) by1, 1); orthographic: (0, 0, 1) */
+    float radius2;                /* (radius / unit)^2 */
+    float inner2;                 /* (1 - falloff)^2 */
+    float inv_falloff;            /* 1 / falloff */
+    float same_surface;           /* height difference of one surface, relative (perspective) or absolute */
+    float w_scale, w_bias;        /* device depth or height to w */
+    float w_numerator;            /* linear depth: w = w_numerator / z */
+    float w_far;                  /* w at or below is sky */
+    float z_sky;                  /* z at or beyond is sky */
+    float to_view[9];             /* normal_axes * normal_to_view */
+    int transform_normals;
+    float *w;                     /* row -1 .. height, then one row of sky */
+    ptrdiff_t pitch;              /* floats from row to row */
+    int segment;                  /* floats of one phase's part of a row, with its padding */
+    int per_segment;              /* pixels of it */
+    gtaoi_slice *slice;           /* [period^2][slices] */
+    gtaoi_sample *sample;         /* [period^2][slices][classes or 1][max_steps] */
+    int *count;                   /* [period^2][slices][classes] */
+    float *noise;                 /* per-pixel noise: [64][64 + GTAOI_LANES][2 planes] */
+    float *step;                  /* per-pixel noise: ((j + offset) / steps)^power, [steps][64 offsets] */
+};
+
+typedef struct gtaoi_layout {
+    int every_pixel, slices, max_steps, period, per_pixel_noise, classes, segment, per_segment, max_radius;
+    float extent_min, extent_max;
+    uint32_t class_base;
+    ptrdiff_t pitch;
+    size_t w, slice, sample, count, noise, total; /* byte offsets in the aligned scratch */
+} gtaoi_layout;
+
+static const struct { int slices, steps; } gtaoi_presets[] = {
+    {2, 6}, /* medium */
+    {1, 4}, /* low */
+    {3, 8}, /* high */
+    {8, 16}, /* ultra */
+    {32, 0}, /* reference: every pixel */
+};
+
+static float gtaoi_fy(const gtao_camera *c) { return c->fy == 0.0f ? c->fx : c->fy; }
+static float gtaoi_sy(const gtao_camera *c) { return c->sy == 0.0f ? c->sx : c->sy; }
+static int gtaoi_positive(float x) { return x > 0.0f && x <= FLT_MAX; }
+
+static int gtaoi_stride_ok(ptrdiff_t stride, int row_bytes, int unit) {
+    ptrdiff_t s = stride < 0 ? -stride : stride;
+    return stride == 0 || (s >= row_bytes && s % unit == 0);
+}
+
+/* Order of the checks: order of the fields. */
+static gtao_result gtaoi_check_desc(const gtao_desc *d) {
+    int i;
+    if (!d) return GTAO_ERROR_DESC;
+    if (d->width < 1 || d->width > 32768 || d->height < 1 || d->height > 32768) return GTAO_ERROR_SIZE;
+    if (!d->depth) return GTAO_ERROR_DEPTH;
+    if (!gtaoi_stride_ok(d->depth_stride, d->width * 4, 4)) return GTAO_ERROR_DEPTH_STRIDE;
+    if ((unsigned)d->depth_kind > GTAO_DEPTH_HEIGHT) return GTAO_ERROR_DEPTH_KIND;
+    if ((unsigned)d->camera.projection > GTAO_ORTHOGRAPHIC) return GTAO_ERROR_PROJECTION;
+    if (d->depth_kind == GTAO_DEPTH_HEIGHT && d->camera.projection != GTAO_ORTHOGRAPHIC) return GTAO_ERROR_DEPTH_KIND;
+    if (d->depth_kind == GTAO_DEPTH_DEVICE &&
+        (!gtaoi_finite(d->device_scale) || !gtaoi_finite(d->device_bias) || d->device_scale == 0.0f))
+        return GTAO_ERROR_DEVICE;
+    if (!(d->sky_z >= 0.0f)) return GTAO_ERROR_SKY;
+    if (d->normals) {
+        int n = d->normal_components == 0 ? 3 : d->normal_components;
+        if ((n != 3 && n != 4) || !gtaoi_stride_ok(d->normal_stride, d->width * n * 4, 4)) return GTAO_ERROR_NORMALS;
+        for (i = 0; i < 9; i++)
+            if (!gtaoi_finite(d->normal_to_view[i])) return GTAO_ERROR_NORMAL_AXES;
+        for (i = 0; i < 3; i++)
+            if (!gtaoi_finite(d->normal_axes[i])) return GTAO_ERROR_NORMAL_AXES;
+    }
+    if (d->mask && !gtaoi_stride_ok(d->mask_stride, d->width, 1)) return GTAO_ERROR_MASK;
+    if (d->camera.projection == GTAO_PERSPECTIVE) {
+        if (!gtaoi_positive(d->camera.fx) || !gtaoi_positive(gtaoi_fy(&d->camera))) return GTAO_ERROR_FOCAL;
+        if (d->camera.off_center && (!gtaoi_finite(d->camera.cx) || !gtaoi_finite(d->camera.cy)))
+            return GTAO_ERROR_CENTER;
+    } else if (!gtaoi_positive(d->camera.sx) || !gtaoi_positive(gtaoi_sy(&d->camera))) {
+        return GTAO_ERROR_PIXEL_SIZE;
+    }
+    if ((unsigned)d->border > GTAO_BORDER_WRAP) return GTAO_ERROR_BORDER;
+    if (!(d->radius >= 0.0f)) return GTAO_ERROR_RADIUS;
+    if (!(d->falloff >= 0.0f && d->falloff <= 1.0f)) return GTAO_ERROR_FALLOFF;
+    if (d->max_radius_px < 0) return GTAO_ERROR_MAX_RADIUS;
+    if ((unsigned)d->preset > GTAO_PRESET_REFERENCE) return GTAO_ERROR_PRESET;
+    if (d->slices < 0 || d->slices > 64) return GTAO_ERROR_SLICES;
+    if (d->steps < 0 || d->steps > 256) return GTAO_ERROR_STEPS;
+    if (d->step_power != 0.0f && !(d->step_power >= 0.25f && d->step_power <= 8.0f)) return GTAO_ERROR_STEP_POWER;
+    if (!(d->thin_blend >= 0.0f && d->thin_blend <= 1.0f)) return GTAO_ERROR_THIN_BLEND;
+    if ((unsigned)d->estimator > GTAO_ESTIMATOR_MEMO) return GTAO_ERROR_ESTIMATOR;
+    if ((unsigned)d->weighting > GTAO_WEIGHTING_UNIFORM) return GTAO_ERROR_WEIGHTING;
+    if ((unsigned)d->noise > GTAO_NOISE_NONE) return GTAO_ERROR_NOISE;
+    if (!gtao_isa_available(d->isa)) return GTAO_ERROR_ISA;
+    return GTAO_OK;
+}
+
+static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) {
+    static const int bytes[] = {4, 1, 2};
+    int components;
+    if (!o || (!o->visibility && !o->bent_normals && !o->packed)) return GTAO_ERROR_OUTPUT;
+    if ((unsigned)o->visibility_format > GTAO_FORMAT_UNORM16) return GTAO_ERROR_OUTPUT_FORMAT;
+    components = o->bent_components == 0 ? 3 : o->bent_components;
+    if ((components != 3 && components != 4) ||
+        !gtaoi_stride_ok(o->visibility_stride, d->width * bytes[o->visibility_format], bytes[o->visibility_format]) ||
+        !gtaoi_stride_ok(o->bent_stride, d->width * components * 4, 4) ||
+        !gtaoi_stride_ok(o->packed_stride, d->width * 4, 4))
+        return GTAO_ERROR_OUTPUT_STRIDE;
+    return GTAO_OK;
+}
+
+/* Everything that decides the size of the scratch buffer. */
+static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
+    float f_max, f_min, b_ratio;
+    double diagonal = sqrt((double)d->width * (double)d->width + (double)d->height * (double)d->height);
+    size_t phases, rows = (size_t)d->height + 3;
+    memset(l, 0, sizeof *l);
+    l->slices = d->slices ? d->slices : gtaoi_presets[d->preset].slices;
+    l->max_steps = d->steps ? d->steps : gtaoi_presets[d->preset].steps;
+    l->every_pixel = d->every_pixel || l->max_steps == 0;
+    l->max_radius = (int)diagonal + 1;
+    if (d->max_radius_px > 0) l->max_radius = gtaoi_imin(l->max_radius, d->max_radius_px);
+    if (l->every_pixel) l->max_steps = l->max_radius;
+    l->per_pixel_noise = d->noise == GTAO_NOISE_HILBERT;
+    l->period = d->noise == GTAO_NOISE_MEMO ? 4 : 1;
+
+    /* Extent e of the radius on the plane z = 1: radius_px = e / |b|, from one pixel to the cap. */
+    if (d->camera.projection == GTAO_PERSPECTIVE) {
+        f_max = gtaoi_max(d->camera.fx, gtaoi_fy(&d->camera));
+        f_min = gtaoi_min(d->camera.fx, gtaoi_fy(&d->camera));
+    } else {
+        b_ratio = gtaoi_sy(&d->camera) / d->camera.sx;
+        f_max = gtaoi_max(1.0f, 1.0f / b_ratio);
+        f_min = gtaoi_min(1.0f, 1.0f / b_ratio);
+    }
+    l->extent_min = gtaoi_clamp(1.0f / f_max, 1e-30f, 1e30f);
+    l->extent_max = gtaoi_clamp((float)l->max_radius / f_min, l->extent_min, l->extent_min * 1048576.0f);
+    l->class_base = gtaoi_bits(l->extent_min) >> GTAOI_CLASS_SHIFT;
+    l->classes = (int)((gtaoi_bits(l->extent_max) >> GTAOI_CLASS_SHIFT) - l->class_base) + 1;
+    l->classes = gtaoi_imin(l->classes, GTAOI_MAX_CLASSES + 1);
+
+    l->per_segment = (d->width + l->period - 1) / l->period;
+    l->segment = (l->per_segment + 2 * GTAOI_PAD + GTAOI_LANES + 15) & ~15;
+    l->pitch = (ptrdiff_t)l->segment * l->period;
+    if (l->pitch % 1024 == 0) l->pitch += 16; /* rows a multiple of 4 KiB apart would share cache sets */
+
+    phases = (size_t)l->period * (size_t)l->period;
+    l->w = (sizeof(struct gtao_context) + 63) / 64 * 64;
+    l->slice = l->w + (rows * (size_t)l->pitch * sizeof(float) + 63) / 64 * 64;
+    l->sample = l->slice + (phases * (size_t)l->slices * sizeof(gtaoi_slice) + 63) / 64 * 64;
+    l->count = l->sample;
+    if (!l->per_pixel_noise)
+        l->count += phases * (size_t)l->slices * (l->every_pixel ? 1 : (size_t)l->classes) * (size_t)l->max_steps *
+                    sizeof(gtaoi_sample);
+    l->noise = l->count + (phases * (size_t)l->slices * (size_t)l->classes * sizeof(int) + 63) / 64 * 64;
+    l->total = l->noise + 63; /* room to align */
+    if (l->per_pixel_noise)
+        l->total += (2 * 64 * (64 + GTAOI_LANES) + (l->every_pixel ? 0 : 64 * (size_t)l->max_steps)) * sizeof(float);
+}
+
+GTAO_API size_t gtao_scratch_size(const gtao_desc *desc) {
+    gtaoi_layout l;
+    if (gtaoi_check_desc(desc) != GTAO_OK) return 0;
+    gtaoi_plan(desc, &l);
+    return l.total;
+}
+
+/* Where the pixel (phase + dx, dy) of a row segment lies from the pixel (phase, 0). */
+static int32_t gtaoi_tap(const gtao_context *c, int phase, int dx, int dy) {
+    int p = phase + dx, segment = p & (c->period - 1), shift = c->period == 4 ? 2 : 0;
+    return (int32_t)(dy * (int)c->pitch + (segment - phase) * c->segment + (p - segment) / (1 << shift));
+}
+
+static void gtaoi_sample_offsets(const gtao_context *c, gtaoi_sample *s, int phase, int qx, int qy, int rx, int ry) {
+    s->qx = (int16_t)qx, s->qy = (int16_t)qy;
+    s->offset[0] = gtaoi_tap(c, phase, qx, qy);
+    s->offset[1] = gtaoi_tap(c, phase, -qx, -qy);
+    s->offset[2] = gtaoi_tap(c, phase, rx, ry);
+    s->offset[3] = gtaoi_tap(c, phase, -rx, -ry);
+}
+
+/* Round half away from zero, so that both sides of a slice and mirrored slices are treated alike. */
+static int gtaoi_round(double x) { return x < 0.0 ? -(int)(0.5 - x) : (int)(x + 0.5); }
+
+/* Upper edge of a class's extents, in pixels along a direction with |b| = 1 / px_per_extent. */
+static double gtaoi_class_radius(const gtao_context *c, int k, double px_per_extent, int cap) {
+    uint32_t bits = (c->class_base + (uint32_t)k + 1) << GTAOI_CLASS_SHIFT;
+    double r = (double)gtaoi_from_bits(bits) * px_per_extent;
+    return r < (double)cap ? (r > 1.0 ? r : 1.0) : (double)cap;
+}
+
+/* `steps` whole-pixel samples at 1 + (radius - 1) ((j + offset) / steps)^power, each pixel once. */
+static int gtaoi_fill_steps(const gtao_context *c, gtaoi_sample *s, int phase, double dx, double dy, double radius,
+                            double offset) {
+    GTAOI_NO_CONTRACT
+    double power = c->d.step_power == 0.0f ? 2.0 : (double)c->d.step_power;
+    int j, n = 0;
+    for (j = 0; j < c->max_steps; j++) {
+        double t = 1.0 + (radius - 1.0) * gtaoi_pow(((double)j + offset) / (double)c->max_steps, power), length;
+        int qx = gtaoi_round(t * dx), qy = gtaoi_round(t * dy);
+        if (n > 0 && s[n - 1].qx == qx && s[n - 1].qy == qy) continue;
+        length = sqrt((double)(qx * qx + qy * qy));
+        s[n].inv_length = (float)(1.0 / length);
+        s[n].ux = (float)((double)qx / length);
+        s[n].uy = (float)((double)qy / length);
+        gtaoi_sample_offsets(c, &s[n], phase, qx, qy, qx, qy);
+        n++;
+    }
+    return n;
+}
+
+/* Every pixel along the major axis; across it two taps and the second one's weight. */
+static int gtaoi_fill_every(const gtao_context *c, gtaoi_sample *s, int phase, double dx, double dy, double radius) {
+    GTAOI_NO_CONTRACT
+    int x_major = (dx < 0.0 ? -dx : dx) >= (dy < 0.0 ? -dy : dy), j, n;
+    double major = x_major ? dx : dy, minor = x_major ? dy : dx, unit = major < 0.0 ? -major : major;
+    int step = major < 0.0 ? -1 : 1;
+    n = gtaoi_imin((int)(radius * unit + 1e-6), c->max_steps);
+    n = gtaoi_imax(n, 1);
+    for (j = 1; j <= n; j++, s++) {
+        double m = (double)j * minor / unit, whole = floor(m), fraction = m - whole;
+        int a = (int)whole, b;
+        if (fraction < 1e-6) fraction = 0.0;
+        if (fraction > 1.0 - 1e-6) fraction = 0.0, a++;
+        b = fraction > 0.0 ? a + 1 : a;
+        s->inv_length = (float)(unit / (double)j);
+        s->ux = (float)fraction;
+        s->uy = 0.0f;
+        if (x_major) gtaoi_sample_offsets(c, s, phase, step * j, a, step * j, b);
+        else gtaoi_sample_offsets(c, s, phase, a, step * j, b, step * j);
+    }
+    return n;
+}
+
+static void gtaoi_fill_tables(gtao_context *c, const gtaoi_layout *l) {
+    GTAOI_NO_CONTRACT
+    int px, py, k, r;
+    double ratio = c->orthographic ? (double)gtaoi_sy(&c->d.camera) / (double)c->d.camera.sx : 1.0;
+    for (py = 0; py < c->period; py++)
+        for (px = 0; px < c->period; px++) {
+            double direction, offset;
+            int phase = py * c->period + px;
+            gtaoi_noise(c->d.noise, px, py, c->d.frame, &direction, &offset);
+            for (k = 0; k < c->slices; k++) {
+                int index = phase * c->slices + k;
+                gtaoi_slice *s = &c->slice[index];
+                double dx, dy, bx, by, b;
+                gtaoi_sincospi(((double)k + direction) / (double)c->slices, &dy, &dx);
+                bx = c->orthographic ? dx : dx / (double)c->d.camera.fx;
+                by = c->orthographic ? dy * ratio : dy / (double)gtaoi_fy(&c->d.camera);
+                b = sqrt(bx * bx + by * by);
+                s->dx = (float)dx, s->dy = (float)dy;
+                s->bx = (float)bx, s->by = (float)by;
+                s->bb = (float)(bx * bx + by * by);
+                if (c->per_pixel_noise) continue;
+                if (c->every_pixel) gtaoi_fill_every(c, c->sample + (size_t)index * (size_t)c->max_steps, px, dx, dy, l->max_radius);
+                for (r = 0; r < c->classes; r++) {
+                    size_t at = (size_t)index * (size_t)c->classes + (size_t)r;
+                    double radius = gtaoi_class_radius(c, r, 1.0 / b, l->max_radius);
+                    double unit = gtaoi_max((float)(dx < 0.0 ? -dx : dx), (float)(dy < 0.0 ? -dy : dy));
+                    if (c->every_pixel) c->count[at] = gtaoi_imax(1, gtaoi_imin((int)(radius * unit + 1e-6), c->max_steps));
+                    else c->count[at] = gtaoi_fill_steps(c, c->sample + at * (size_t)c->max_steps, px, dx, dy, radius, offset);
+                }
+            }
+        }
+}
+
+/* ---- instruction sets ----------------------------------------------------------------------------------------- */
+
+#if GTAOI_X86
+static void gtaoi_cpuid(unsigned leaf, unsigned r[4]) {
+#if defined(_MSC_VER) && !defined(__clang__)
+    int i, q[4];
+    __cpuidex(q, (int)leaf, 0);
+    for (i = 0; i < 4; i++) r[i] = (unsigned)q[i];
+#else
+    __cpuid_count(leaf, 0, r[0], r[1], r[2], r[3]);
+#endif
+}
+
+/* Which register sets the system saves; CPUID alone does not tell. */
+static unsigned gtaoi_xgetbv(void) {
+#if defined(_MSC_VER) && !defined(__clang__)
+    return (unsigned)_xgetbv(0);
+#else
+    unsigned lo, hi;
+    __asm__ volatile(".byte 0x0f, 0x01, 0xd0" : "=a"(lo), "=d"(hi) : "c"(0)); /* xgetbv */
+    return lo;
+#endif
+}
+#endif
+
+GTAO_API int gtao_isa_available(gtao_isa isa) {
+#if GTAOI_X86
+    unsigned r[4], leaves, saved = 0;
+#endif
+    if (isa == GTAO_ISA_AUTO || isa == GTAO_ISA_SCALAR) return 1;
+    if (isa == GTAO_ISA_NEON) return GTAOI_NEON;
+#if GTAOI_X86
+    gtaoi_cpuid(0, r);
+    leaves = r[0];
+    gtaoi_cpuid(1, r);
+    if (isa == GTAO_ISA_SSE2) return (int)(r[3] >> 26 & 1);
+    if (r[2] >> 27 & 1) saved = gtaoi_xgetbv();
+    if (leaves < 7 || (saved & 6) != 6) return 0;
+    gtaoi_cpuid(7, r);
+    if (isa == GTAO_ISA_AVX2) return (int)(r[1] >> 5 & 1);
+    if (isa == GTAO_ISA_AVX512) return (saved & 0xe6) == 0xe6 && (r[1] >> 16 & 1) && (r[1] >> 17 & 1);
+#endif
+    return 0;
+}
+
+GTAO_API const char *gtao_isa_name(gtao_isa isa) {
+    static const char *const names[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon"};
+    return (unsigned)isa <= GTAO_ISA_NEON ? names[isa] : "unknown";
+}
+
+static gtao_isa gtaoi_resolve_isa(gtao_isa isa) {
+    static const gtao_isa best[] = {GTAO_ISA_AVX512, GTAO_ISA_AVX2, GTAO_ISA_SSE2, GTAO_ISA_NEON};
+    unsigned i;
+    if (isa != GTAO_ISA_AUTO) return isa;
+    for (i = 0; i < sizeof best / sizeof best[0]; i++)
+        if (gtao_isa_available(best[i])) return best[i];
+    return GTAO_ISA_SCALAR;
+}
+
+/* Per-pixel noise: a tile of directions and offsets, and the step distribution for 64 offsets. */
+static void gtaoi_fill_noise(gtao_context *c) {
+    double direction, offset, power = c->d.step_power == 0.0f ? 2.0 : (double)c->d.step_power;
+    int x, y, j;
+    for (y = 0; y < 64; y++)
+        for (x = 0; x < 64 + GTAOI_LANES; x++) {
+            float *n = c->noise + 2 * y * (64 + GTAOI_LANES) + x;
+            gtaoi_noise(c->d.noise, x, y, c->d.frame, &direction, &offset);
+            n[0] = (float)direction;
+            n[64 + GTAOI_LANES] = (float)(int)(offset * 64.0);
+        }
+    if (c->every_pixel) return;
+    for (j = 0; j < c->max_steps; j++)
+        for (x = 0; x < 64; x++)
+            c->step[64 * j + x] = (float)gtaoi_pow(((double)j + ((double)x + 0.5) / 64.0) / (double)c->max_steps, power);
+}
+
+static void gtaoi_fill_sky(float *row, ptrdiff_t n) {
+    while (n-- > 0) *row++ = GTAOI_SKY;
+}
+
+GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output, void *scratch, size_t scratch_size,
+                                gtao_context **context) {
+    gtao_result result = gtaoi_check_desc(desc);
+    gtaoi_layout l;
+    gtao_context *c;
+    char *base;
+    const gtao_camera *cam;
+    float unit;
+    int i, identity;
+    if (result == GTAO_OK) result = gtaoi_check_output(desc, output);
+    if (result != GTAO_OK) return result;
+    gtaoi_plan(desc, &l);
+    if (!scratch || scratch_size < l.total || !context) return GTAO_ERROR_SCRATCH;
+    base = (char *)scratch + ((64 - ((uintptr_t)scratch & 63)) & 63);
+    c = (gtao_context *)(void *)base;
+    memset(c, 0, sizeof *c);
+    *context = c;
+
+    c->d = *desc;
+    c->o = *output;
+    c->d.isa = gtaoi_resolve_isa(desc->isa);
+    if (!c->d.depth_stride) c->d.depth_stride = (ptrdiff_t)desc->width * 4;
+    if (!c->d.normal_components) c->d.normal_components = 3;
+    if (!c->d.normal_stride) c->d.normal_stride = (ptrdiff_t)desc->width * c->d.normal_components * 4;
+    if (!c->d.mask_stride) c->d.mask_stride = desc->width;
+    if (!c->o.visibility_stride)
+        c->o.visibility_stride = (ptrdiff_t)desc->width * (output->visibility_format == GTAO_FORMAT_FLOAT    ? 4
+                                                           : output->visibility_format == GTAO_FORMAT_UNORM8 ? 1
+                                                                                                             : 2);
+    if (!c->o.bent_components) c->o.bent_components = 3;
+    if (!c->o.bent_stride) c->o.bent_stride = (ptrdiff_t)desc->width * c->o.bent_components * 4;
+    if (!c->o.packed_stride) c->o.packed_stride = (ptrdiff_t)desc->width * 4;
+
+    c->every_pixel = l.every_pixel, c->slices = l.slices, c->max_steps = l.max_steps;
+    c->per_pixel_noise = l.per_pixel_noise, c->period = l.period;
+    c->classes = l.classes, c->class_base = l.class_base;
+    c->extent_min = l.extent_min, c->extent_max = l.extent_max;
+    c->pitch = l.pitch, c->segment = l.segment, c->per_segment = l.per_segment;
+    c->max_radius = (float)l.max_radius;
+    c->w = (float *)(void *)(base + l.w);
+    c->slice = (gtaoi_slice *)(void *)(base + l.slice);
+    c->sample = (gtaoi_sample *)(void *)(base + l.sample);
+    c->count = (int *)(void *)(base + l.count);
+    c->noise = (float *)(void *)(base + l.noise);
+    c->step = c->noise + 2 * 64 * (64 + GTAOI_LANES);
+
+    /* Lengths are measured in units of the radius, so that a common power of two in depth and radius changes no bit and
+     * nothing overflows; orthographic ones in pixels; unbounded perspective ones as they are. */
+    cam = &c->d.camera;
+    c->orthographic = cam->projection == GTAO_ORTHOGRAPHIC;
+    c->bounded = desc->radius < 1e30f;
+    unit = c->orthographic ? cam->sx : c->bounded ? gtaoi_max(desc->radius, 1e-30f) : 1.0f;
+    c->radius2 = (desc->radius / unit) * (desc->radius / unit);
+    c->inner2 = (1.0f - desc->falloff) * (1.0f - desc->falloff);
+    c->cosines = desc->estimator == GTAO_ESTIMATOR_MEMO || desc->thin_blend > 0.0f;
+    c->bent = output->bent_normals || output->packed;
+    c->inv_falloff = desc->falloff > 0.0f ? 1.0f / desc->falloff : 0.0f;
+    c->z_sky = desc->sky_z > 0.0f ? desc->sky_z : (float)HUGE_VAL;
+    if (c->orthographic) {
+        float sign = desc->depth_kind == GTAO_DEPTH_HEIGHT ? 1.0f : -1.0f;
+        c->extent = desc->radius / unit;
+        c->w_scale = sign / unit;
+        c->w_far = -GTAOI_ORTHO_LIMIT;
+        c->bx1 = 1.0f, c->by1 = gtaoi_sy(cam) / cam->sx;
+        c->same_surface = GTAOI_SAME_SURFACE_PX;
+        if (desc->depth_kind == GTAO_DEPTH_DEVICE) c->w_scale = desc->device_scale / unit;
+    } else {
+        c->bx1 = 1.0f / cam->fx, c->by1 = 1.0f / gtaoi_fy(cam);
+        c->cx = cam->off_center ? cam->cx : 0.5f * (float)desc->width;
+        c->cy = cam->off_center ? cam->cy : 0.5f * (float)desc->height;
+        c->w_numerator = unit;
+        c->w_scale = desc->device_scale * unit;
+        c->same_surface = GTAOI_SAME_SURFACE_PX * 2.0f / (cam->fx + gtaoi_fy(cam));
+    }
+    if (desc->depth_kind == GTAO_DEPTH_DEVICE) {
+        /* The far plane is at d = 1, or at 0 if height grows with d (reversed). */
+        c->w_bias = c->orthographic ? desc->device_bias / unit : desc->device_bias * unit;
+        c->w_far = desc->device_scale < 0.0f ? c->w_scale + c->w_bias : c->w_bias;
+        if (desc->sky_z > 0.0f)
+            c->w_far = gtaoi_max(c->w_far, c->orthographic ? -desc->sky_z / unit : unit / desc->sky_z);
+    }
+
+    for (i = 0, identity = 1; i < 9; i++) identity &= desc->normal_to_view[i] == 0.0f;
+    for (i = 0; i < 9; i++) {
+        float axis = desc->normal_axes[i / 3] == 0.0f ? 1.0f : desc->normal_axes[i / 3];
+        c->to_view[i] = axis * (identity ? (i % 4 == 0 ? 1.0f : 0.0f) : desc->normal_to_view[i]);
+        c->transform_normals |= c->to_view[i] != (i % 4 == 0 ? 1.0f : 0.0f);
+    }
+
+    gtaoi_fill_tables(c, &l);
+    if (c->per_pixel_noise) gtaoi_fill_noise(c);
+    gtaoi_fill_sky(c->w + (ptrdiff_t)(desc->height + 2) * c->pitch, c->pitch);
+    c->w += c->pitch; /* row 0 */
+    return GTAO_OK;
+}
+
+GTAO_API int gtao_context_slices(const gtao_context *context) { return context->slices; }
+GTAO_API int gtao_context_steps(const gtao_context *context) { return context->every_pixel ? 0 : context->max_steps; }
+GTAO_API gtao_isa gtao_context_isa(const gtao_context *context) { return context->d.isa; }
+
+/* ---- rows ----------------------------------------------------------------------------------------------------- */
+
+static int gtaoi_wrap(int i, int n) {
+    i %= n;
+    return i < 0 ? i + n : i;
+}
+
+/* Height row that stands for image row y: the row itself, or what the border makes of it. */
+static const float *gtaoi_row(const gtao_context *c, int y) {
+    int h = c->d.height;
+    if (c->d.border == GTAO_BORDER_CLAMP) y = gtaoi_imin(gtaoi_imax(y, 0), h - 1);
+    if (c->d.border == GTAO_BORDER_WRAP) y = gtaoi_wrap(y, h);
+    if (y < 0 || y >= h) y = h + 1; /* the row of sky */
+    return c->w + (ptrdiff_t)y * c->pitch;
+}
+
+/* The padding of row y, once its pixels are there. */
+static void gtaoi_pad_row(const gtao_context *c, float *row) {
+    int p, i, w = c->d.width, shift = c->period == 4 ? 2 : 0, mask = c->period - 1;
+    for (p = 0; p < c->period; p++) {
+        float *segment = row + (ptrdiff_t)p * c->segment + GTAOI_PAD;
+        int n = (w - p + c->period - 1) / c->period, end = c->segment - GTAOI_PAD;
+        if (n < 0) n = 0;
+        for (i = -GTAOI_PAD; i < end; i++) {
+            int x = i * c->period + p;
+            float value = GTAOI_SKY;
+            if (i >= 0 && i < n) {
+                i = n - 1;
+                continue;
+            }
+            if (c->d.border == GTAO_BORDER_CLAMP) x = gtaoi_imin(gtaoi_imax(x, 0), w - 1);
+            if (c->d.border == GTAO_BORDER_WRAP) x = gtaoi_wrap(x, w);
+            if (c->d.border != GTAO_BORDER_OPEN) value = row[(x & mask) * c->segment + GTAOI_PAD + (x >> shift)];
+            segment[i] = value;
+        }
+    }
+}
+
+/* Visibility and bent normals of n pixels from (x, y) to the caller's buffers. */
+static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float *v, const float *bx, const float *by,
+                        const float *bz) {
+    const gtao_output *o = &c->o;
+    int i;
+    if (o->visibility) {
+        char *row = (char *)o->visibility + (ptrdiff_t)y * o->visibility_stride;
+        if (o->visibility_format == GTAO_FORMAT_FLOAT) {
+            memcpy(row + (ptrdiff_t)x * 4, v, (size_t)n * 4);
+        } else if (o->visibility_format == GTAO_FORMAT_UNORM8) {
+            for (i = 0; i < n; i++) ((uint8_t *)row)[x + i] = (uint8_t)gtaoi_unorm(v[i], 255.0f);
+        } else {
+            for (i = 0; i < n; i++) {
+                uint16_t u = (uint16_t)gtaoi_unorm(v[i], 65535.0f);
+                memcpy(row + (ptrdiff_t)(x + i) * 2, &u, 2);
+            }
+        }
+    }
+    if (o->bent_normals) {
+        float *b = (float *)(void *)((char *)o->bent_normals + (ptrdiff_t)y * o->bent_stride) + (ptrdiff_t)x * o->bent_components;
+        for (i = 0; i < n; i++, b += o->bent_components) {
+            b[0] = bx[i], b[1] = by[i], b[2] = bz[i];
+            if (o->bent_components == 4) b[3] = v[i];
+        }
+    }
+    if (o->packed) {
+        char *row = (char *)o->packed + (ptrdiff_t)y * o->packed_stride;
+        for (i = 0; i < n; i++) {
+            float b[3];
+            uint32_t u;
+            b[0] = bx[i], b[1] = by[i], b[2] = bz[i];
+            u = gtao_pack(v[i], b);
+            memcpy(row + (ptrdiff_t)(x + i) * 4, &u, 4);
+        }
+    }
+}
+
+static int gtaoi_popcount(unsigned m) {
+    int n = 0;
+    for (; m; m &= m - 1) n++;
+    return n;
+}
+
+/* Leading samples, out of n, on the side of `sign` for which a group at x0 .. x1, y is still over the image (their
+ * offsets grow with the index). */
+static int gtaoi_reach(const gtao_context *c, const gtaoi_sample *s, int n, int sign, int x0, int x1, int y) {
+    int lo = 0, hi = n;
+    while (lo < hi) {
+        int mid = hi == n ? n - 1 : (lo + hi) / 2, qx = sign * s[mid].qx, qy = sign * s[mid].qy;
+        if (y + qy >= 0 && y + qy < c->d.height && x0 + qx < c->d.width && x1 + qx >= 0) lo = mid + 1;
+        else hi = mid;
+    }
+    return lo;
+}
+
+/* Offsets, from pixel x of row y, of samples that a clamped or wrapped border moves. Second taps, if any, lie one pixel
+ * further along x or y. */
+static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int x, int y, int second_along_x,
+                        gtaoi_sample *out) {
+    int i, k, period = c->period, shift = period == 4 ? 2 : 0, phase = x & (period - 1), span = period * GTAOI_LANES;
+    for (i = 0; i < n; i++) {
+        out[i] = s[i];
+        for (k = 0; k < 4; k++) {
+            int sign = k & 1 ? -1 : 1, second = k >= 2 && c->every_pixel && s[i].ux > 0.0f;
+            int px = x + sign * (s[i].qx + (second && second_along_x)), py = y + sign * (s[i].qy + (second && !second_along_x));
+            if (c->d.border == GTAO_BORDER_CLAMP) {
+                px = gtaoi_imin(gtaoi_imax(px, -span), c->d.width);
+                py = gtaoi_imin(gtaoi_imax(py, 0), c->d.height - 1);
+            } else {
+                px = gtaoi_wrap(px, c->d.width);
+                py = gtaoi_wrap(py, c->d.height);
+            }
+            out[i].offset[k] = (int32_t)((py - y) * (int)c->pitch + ((px & (period - 1)) - phase) * c->segment +
+                                         ((px - (px & (period - 1))) / period) - (x >> shift));
+        }
+    }
+}
+
+/* ---- one table of operations per width, and the self-inclusions ------------------------------------------------- */
+
+/* GV_: float vector, GM_: mask, suffix-free so that the kernels read as formulas. Undefined again after each pass.
+ * A width is scalar first; its intrinsics must give the scalar twin's bits, operand order included. */
+
+#define GTAOI_W 1
+#define GTAOI_NAME(x) x##_scalar
+#define GTAOI_ATTRIBUTE
+#include GTAO_HEADER_FILENAME
+
+#if GTAOI_X86
+#define GTAOI_W 4
+#define GTAOI_NAME(x) x##_sse2
+#define GTAOI_ATTRIBUTE GTAOI_TARGET("sse2")
+#include GTAO_HEADER_FILENAME
+
+#define GTAOI_W 8
+#define GTAOI_NAME(x) x##_avx2
+#define GTAOI_ATTRIBUTE GTAOI_TARGET("avx2")
+#include GTAO_HEADER_FILENAME
+
+#define GTAOI_W 16
+#define GTAOI_NAME(x) x##_avx512
+#define GTAOI_ATTRIBUTE GTAOI_TARGET("avx512f,avx512dq")
+#include GTAO_HEADER_FILENAME
+#endif
+
+#if GTAOI_NEON
+#define GTAOI_W 4
+#define GTAOI_NAME(x) x##_neon
+#define GTAOI_ATTRIBUTE
+#include GTAO_HEADER_FILENAME
+#endif
+
+/* ---- dispatch ------------------------------------------------------------------------------------------------- */
+
+GTAO_API void gtao_prepare_rows(const gtao_context *context, int row_begin, int row_end) {
+    row_begin = gtaoi_imax(row_begin, 0), row_end = gtaoi_imin(row_end, context->d.height);
+    switch (context->d.isa) {
+#if GTAOI_X86
+    case GTAO_ISA_SSE2: gtaoi_prepare_sse2(context, row_begin, row_end); break;
+    case GTAO_ISA_AVX2: gtaoi_prepare_avx2(context, row_begin, row_end); break;
+    case GTAO_ISA_AVX512: gtaoi_prepare_avx512(context, row_begin, row_end); break;
+#endif
+#if GTAOI_NEON
+    case GTAO_ISA_NEON: gtaoi_prepare_neon(context, row_begin, row_end); break;
+#endif
+    default: gtaoi_prepare_scalar(context, row_begin, row_end); break;
+    }
+}
+
+GTAO_API void gtao_visibility_rows(const gtao_context *context, int row_begin, int row_end, gtao_stats *stats) {
+    gtao_stats unused;
+    if (!stats) memset(&unused, 0, sizeof unused), stats = &unused;
+    row_begin = gtaoi_imax(row_begin, 0), row_end = gtaoi_imin(row_end, context->d.height);
+    switch (context->d.isa) {
+#if GTAOI_X86
+    case GTAO_ISA_SSE2: gtaoi_visibility_sse2(context, row_begin, row_end, stats); break;
+    case GTAO_ISA_AVX2: gtaoi_visibility_avx2(context, row_begin, row_end, stats); break;
+    case GTAO_ISA_AVX512: gtaoi_visibility_avx512(context, row_begin, row_end, stats); break;
+#endif
+#if GTAOI_NEON
+    case GTAO_ISA_NEON: gtaoi_visibility_neon(context, row_begin, row_end, stats); break;
+#endif
+    default: gtaoi_visibility_scalar(context, row_begin, row_end, stats); break;
+    }
+}
+
+GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *output, void *scratch, size_t scratch_size,
+                                  gtao_stats *stats) {
+    gtao_context *context;
+    gtao_result result = gtao_begin(desc, output, scratch, scratch_size, &context);
+    if (result != GTAO_OK) return result;
+    gtao_prepare_rows(context, 0, desc->height);
+    gtao_visibility_rows(context, 0, desc->height, stats);
+    return GTAO_OK;
+}
+
+#if !defined(__clang__)
+#if defined(__GNUC__)
+#pragma GCC pop_options
+#elif defined(_MSC_VER)
+#pragma float_control(pop)
+#endif
+#endif
+
+#endif /* GTAO_IMPLEMENTATION */
+#else /* GTAOI_W */
+/* ================================================================================================================
+ * KERNELS, written once, compiled for GTAOI_W lanes
+ * ================================================================================================================ */
+
+#define GTAOI_FN static GTAOI_ATTRIBUTE
+#define GTAOI_FI GTAOI_INLINE GTAOI_ATTRIBUTE
+
+#define V GTAOI_NAME(gtaoi_v)
+#define M GTAOI_NAME(gtaoi_m)
+#define PIXEL GTAOI_NAME(gtaoi_pixel)
+#define SLICE GTAOI_NAME(gtaoi_slice_frame)
+#define HORIZONS GTAOI_NAME(gtaoi_horizons)
+
+#if GTAOI_W == 1
+typedef float V;
+typedef int M;
+#define GV_SET(x) (x)
+#define GV_LOAD(p) (*(p))
+#define GV_STORE(p, a) (*(p) = (a))
+#define GV_ADD(a, b) ((a) + (b))
+#define GV_SUB(a, b) ((a) - (b))
+#define GV_MUL(a, b) ((a) * (b))
+#define GV_DIV(a, b) ((a) / (b))
+#define GV_SQRT(a) sqrtf(a)
+#define GV_MIN(a, b) gtaoi_min(a, b) /* a < b ? a : b */
+#define GV_MAX(a, b) gtaoi_max(a, b) /* a > b ? a : b */
+#define GV_ABS(a) gtaoi_from_bits(gtaoi_bits(a) & 0x7fffffffu)
+#define GV_LT(a, b) ((a) < (b))
+#define GV_LE(a, b) ((a) <= (b))
+#define GV_EQ(a, b) ((a) == (b))
+#define GV_IF(m, a) ((m) ? (a) : 0.0f)       /* m ? a : 0 */
+#define GV_SELECT(m, a, b) ((m) ? (a) : (b)) /* m ? a : b */
+#define GM_AND(a, b) ((a) & (b))
+#define GM_OR(a, b) ((a) | (b))
+#define GM_ANDNOT(a, b) ((a) & !(b)) /* a and not b */
+#define GM_BITS(m) ((unsigned)(m))
+#define GM_ANY(m) (m)
+#define GV_CLASS(p, a) (*(p) = (int32_t)(gtaoi_bits(a) >> GTAOI_CLASS_SHIFT)) /* bits of a, shifted, to int32 p[] */
+
+#elif GTAOI_W == 4 && GTAOI_X86
+typedef __m128 V;
+typedef __m128 M;
+#define GV_SET(x) _mm_set1_ps(x)
+#define GV_LOAD(p) _mm_loadu_ps(p)
+#define GV_STORE(p, a) _mm_storeu_ps(p, a)
+#define GV_ADD(a, b) _mm_add_ps(a, b)
+#define GV_SUB(a, b) _mm_sub_ps(a, b)
+#define GV_MUL(a, b) _mm_mul_ps(a, b)
+#define GV_DIV(a, b) _mm_div_ps(a, b)
+#define GV_SQRT(a) _mm_sqrt_ps(a)
+#define GV_MIN(a, b) _mm_min_ps(a, b)
+#define GV_MAX(a, b) _mm_max_ps(a, b)
+#define GV_ABS(a) _mm_andnot_ps(_mm_set1_ps(-0.0f), a)
+#define GV_LT(a, b) _mm_cmplt_ps(a, b)
+#define GV_LE(a, b) _mm_cmple_ps(a, b)
+#define GV_EQ(a, b) _mm_cmpeq_ps(a, b)
+#define GV_IF(m, a) _mm_and_ps(m, a)
+#define GV_SELECT(m, a, b) _mm_or_ps(_mm_and_ps(m, a), _mm_andnot_ps(m, b))
+#define GM_AND(a, b) _mm_and_ps(a, b)
+#define GM_OR(a, b) _mm_or_ps(a, b)
+#define GM_ANDNOT(a, b) _mm_andnot_ps(b, a)
+#define GM_BITS(m) ((unsigned)_mm_movemask_ps(m))
+#define GM_ANY(m) (_mm_movemask_ps(m) != 0)
+#define GV_CLASS(p, a) _mm_storeu_si128((__m128i *)(void *)(p), _mm_srli_epi32(_mm_castps_si128(a), GTAOI_CLASS_SHIFT))
+
+#elif GTAOI_W == 4
+typedef float32x4_t V;
+typedef uint32x4_t M;
+#define GV_SET(x) vdupq_n_f32(x)
+#define GV_LOAD(p) vld1q_f32(p)
+#define GV_STORE(p, a) vst1q_f32(p, a)
+#define GV_ADD(a, b) vaddq_f32(a, b)
+#define GV_SUB(a, b) vsubq_f32(a, b)
+#define GV_MUL(a, b) vmulq_f32(a, b)
+#define GV_DIV(a, b) vdivq_f32(a, b)
+#define GV_SQRT(a) vsqrtq_f32(a)
+#define GV_MIN(a, b) vbslq_f32(vcltq_f32(a, b), a, b) /* vminq treats NaN and -0 differently */
+#define GV_MAX(a, b) vbslq_f32(vcgtq_f32(a, b), a, b)
+#define GV_ABS(a) vabsq_f32(a)
+#define GV_LT(a, b) vcltq_f32(a, b)
+#define GV_LE(a, b) vcleq_f32(a, b)
+#define GV_EQ(a, b) vceqq_f32(a, b)
+#define GV_IF(m, a) vreinterpretq_f32_u32(vandq_u32(m, vreinterpretq_u32_f32(a)))
+#define GV_SELECT(m, a, b) vbslq_f32(m, a, b)
+#define GM_AND(a, b) vandq_u32(a, b)
+#define GM_OR(a, b) vorrq_u32(a, b)
+#define GM_ANDNOT(a, b) vbicq_u32(a, b)
+#define GM_BITS(m) gtaoi_neon_bits(m)
+#define GM_ANY(m) (vmaxvq_u32(m) != 0)
+#define GV_CLASS(p, a) vst1q_s32(p, vreinterpretq_s32_u32(vshrq_n_u32(vreinterpretq_u32_f32(a), GTAOI_CLASS_SHIFT)))
+GTAOI_INLINE unsigned gtaoi_neon_bits(uint32x4_t m) {
+    static const uint32_t weight[4] = {1, 2, 4, 8};
+    return vaddvq_u32(vandq_u32(m, vld1q_u32(weight)));
+}
+
+#elif GTAOI_W == 8
+typedef __m256 V;
+typedef __m256 M;
+#define GV_SET(x) _mm256_set1_ps(x)
+#define GV_LOAD(p) _mm256_loadu_ps(p)
+#define GV_STORE(p, a) _mm256_storeu_ps(p, a)
+#define GV_ADD(a, b) _mm256_add_ps(a, b)
+#define GV_SUB(a, b) _mm256_sub_ps(a, b)
+#define GV_MUL(a, b) _mm256_mul_ps(a, b)
+#define GV_DIV(a, b) _mm256_div_ps(a, b)
+#define GV_SQRT(a) _mm256_sqrt_ps(a)
+#define GV_MIN(a, b) _mm256_min_ps(a, b)
+#define GV_MAX(a, b) _mm256_max_ps(a, b)
+#define GV_ABS(a) _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a)
+#define GV_LT(a, b) _mm256_cmp_ps(a, b, _CMP_LT_OQ)
+#define GV_LE(a, b) _mm256_cmp_ps(a, b, _CMP_LE_OQ)
+#define GV_EQ(a, b) _mm256_cmp_ps(a, b, _CMP_EQ_OQ)
+#define GV_IF(m, a) _mm256_and_ps(m, a)
+#define GV_SELECT(m, a, b) _mm256_blendv_ps(b, a, m)
+#define GM_AND(a, b) _mm256_and_ps(a, b)
+#define GM_OR(a, b) _mm256_or_ps(a, b)
+#define GM_ANDNOT(a, b) _mm256_andnot_ps(b, a)
+#define GM_BITS(m) ((unsigned)_mm256_movemask_ps(m))
+#define GM_ANY(m) (_mm256_movemask_ps(m) != 0)
+#define GV_CLASS(p, a)                                                                                                 \
+    _mm256_storeu_si256((__m256i *)(void *)(p), _mm256_srli_epi32(_mm256_castps_si256(a), GTAOI_CLASS_SHIFT))
+
+#elif GTAOI_W == 16
+typedef __m512 V;
+typedef __mmask16 M;
+#define GV_SET(x) _mm512_set1_ps(x)
+#define GV_LOAD(p) _mm512_loadu_ps(p)
+#define GV_STORE(p, a) _mm512_storeu_ps(p, a)
+#define GV_ADD(a, b) _mm512_add_ps(a, b)
+#define GV_SUB(a, b) _mm512_sub_ps(a, b)
+#define GV_MUL(a, b) _mm512_mul_ps(a, b)
+#define GV_DIV(a, b) _mm512_div_ps(a, b)
+#define GV_SQRT(a) _mm512_sqrt_ps(a)
+#define GV_MIN(a, b) _mm512_min_ps(a, b)
+#define GV_MAX(a, b) _mm512_max_ps(a, b)
+#define GV_ABS(a) _mm512_andnot_ps(_mm512_set1_ps(-0.0f), a)
+#define GV_LT(a, b) _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ)
+#define GV_LE(a, b) _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ)
+#define GV_EQ(a, b) _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ)
+#define GV_IF(m, a) _mm512_maskz_mov_ps(m, a)
+#define GV_SELECT(m, a, b) _mm512_mask_blend_ps(m, b, a)
+#define GM_AND(a, b) ((__mmask16)((a) & (b)))
+#define GM_OR(a, b) ((__mmask16)((a) | (b)))
+#define GM_ANDNOT(a, b) ((__mmask16)((a) & ~(b)))
+#define GM_BITS(m) ((unsigned)(m))
+#define GM_ANY(m) ((m) != 0)
+#define GV_CLASS(p, a) _mm512_storeu_si512((void *)(p), _mm512_srli_epi32(_mm512_castps_si512(a), GTAOI_CLASS_SHIFT))
+#endif
+
+/* Lane indices, and mask bits back to a mask. */
+GTAOI_FI V GTAOI_NAME(gtaoi_iota)(void) {
+    static const float lanes[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    return GV_LOAD(lanes);
+}
+
+/* Nearest whole number, ties to even, |a| < 2^22; the largest whole number not above. */
+GTAOI_FI V GTAOI_NAME(gtaoi_nearest)(V a) { return GV_SUB(GV_ADD(a, GV_SET(12582912.0f)), GV_SET(12582912.0f)); }
+GTAOI_FI V GTAOI_NAME(gtaoi_floor)(V a) {
+    V r = GTAOI_NAME(gtaoi_nearest)(a);
+    return GV_SUB(r, GV_IF(GV_LT(a, r), GV_SET(1.0f)));
+}
+
+/* ---- prepare: depth to height ----------------------------------------------------------------------------------- */
+
+GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
+    GTAOI_NO_CONTRACT
+    const gtao_desc *d = &c->d;
+    const V sky = GV_SET(GTAOI_SKY), zero = GV_SET(0.0f);
+    int x, y, i, p, h = d->height, w = d->width;
+    for (y = y0; y < y1; y++) {
+        const float *depth = (const float *)(const void *)((const char *)d->depth + (ptrdiff_t)y * d->depth_stride);
+        float *row = c->w + (ptrdiff_t)y * c->pitch;
+        float ry = ((float)y + 0.5f - c->cy) * c->by1, ry2 = ry * ry + 1.0f;
+        for (x = 0; x < w; x += GTAOI_CHUNK) {
+            float in[GTAOI_CHUNK], out[GTAOI_CHUNK];
+            const float *from = depth + x;
+            int n = gtaoi_imin(w - x, GTAOI_CHUNK);
+            if (n < GTAOI_CHUNK) { /* not past the end of the caller's row */
+                for (i = 0; i < GTAOI_CHUNK; i++) in[i] = i < n ? depth[x + i] : 0.0f;
+                from = in;
+            }
+            for (i = 0; i < GTAOI_CHUNK; i += GTAOI_W) {
+                V z = GV_LOAD(from + i), height;
+                M visible;
+                if (d->depth_kind == GTAO_DEPTH_DEVICE) { /* any bounded d; w_far is the far plane */
+                    height = GV_ADD(GV_MUL(z, GV_SET(c->w_scale)), GV_SET(c->w_bias));
+                    visible = GM_AND(GV_LT(GV_SET(c->w_far), height), GV_LT(height, GV_SET(FLT_MAX)));
+                } else if (c->orthographic) {
+                    height = GV_MUL(z, GV_SET(c->w_scale));
+                    visible = GV_LT(GV_ABS(z), GV_SET((float)HUGE_VAL));
+                    if (d->depth_kind != GTAO_DEPTH_HEIGHT)
+                        visible = GM_AND(GM_AND(visible, GV_LT(zero, z)), GV_LT(z, GV_SET(c->z_sky)));
+                } else {
+                    V numerator = GV_SET(c->w_numerator);
+                    visible = GM_AND(GV_LT(zero, z), GV_LT(z, GV_SET(c->z_sky)));
+                    if (d->depth_kind == GTAO_DEPTH_DISTANCE) { /* z = distance / |r| */
+                        V rx = GV_ADD(GV_SET((float)(x + i)), GTAOI_NAME(gtaoi_iota)());
+                        rx = GV_MUL(GV_SUB(GV_ADD(rx, GV_SET(0.5f)), GV_SET(c->cx)), GV_SET(c->bx1));
+                        numerator = GV_MUL(numerator, GV_SQRT(GV_ADD(GV_MUL(rx, rx), GV_SET(ry2))));
+                    }
+                    height = GV_DIV(numerator, z);
+                }
+                if (c->orthographic) {
+                    height = GV_MAX(GV_MIN(height, GV_SET(GTAOI_ORTHO_LIMIT)), GV_SET(-GTAOI_ORTHO_LIMIT));
+                } else {
+                    visible = GM_AND(visible, GV_LT(GV_SET(1.0f / GTAOI_W_LIMIT), height));
+                    height = GV_MIN(height, GV_SET(GTAOI_W_LIMIT));
+                }
+                GV_STORE(out + i, GV_SELECT(visible, height, sky));
+            }
+            for (p = 0; p < c->period; p++) {
+                float *to = row + (ptrdiff_t)p * c->segment + GTAOI_PAD + x / c->period;
+                for (i = p; i < n; i += c->period) *to++ = out[i];
+            }
+        }
+        gtaoi_pad_row(c, row);
+        /* The rows above and below the image. */
+        if (d->border == GTAO_BORDER_OPEN) {
+            if (y == 0) gtaoi_fill_sky(row - c->pitch, c->pitch);
+            if (y == h - 1) gtaoi_fill_sky(row + c->pitch, c->pitch);
+        } else {
+            int above = d->border == GTAO_BORDER_CLAMP ? 0 : h - 1, below = h - 1 - above;
+            if (y == above) memcpy(c->w - c->pitch, row, (size_t)c->pitch * sizeof(float));
+            if (y == below) memcpy(c->w + (ptrdiff_t)h * c->pitch, row, (size_t)c->pitch * sizeof(float));
+        }
+    }
+}
+
+/* ---- one group of pixels ------------------------------------------------------------------------------------------ */
+
+/* r0 is the ray through the pixel, v = -r0 / |r0| the view vector; orthographic: r0 = (0, 0, 1), w0 = 1 in formulas. */
+typedef struct PIXEL {
+    V w0;          /* height in the buffer */
+    V rx, ry;      /* r0 = (rx, ry, 1) */
+    V len, inv_len; /* |r0| */
+    V nx, ny, nz;  /* unit normal, n.v > 0 */
+    V nv, inv_nv;  /* n.v */
+    V gx, gy;      /* gradient of w on the tangent plane, per pixel */
+    V x, y;        /* pixel coordinates */
+    V extent;      /* of the radius, on the plane z = 1 (orthographic: in pixels) */
+} PIXEL;
+
+/* Direction of a slice, the same for all lanes or not. */
+typedef struct SLICE {
+    V dx, dy; /* unit screen direction */
+    V bx, by; /* the same in units of r */
+    V bb;     /* |b|^2 */
+} SLICE;
+
+/* One slice, and its two sides: cot h of what has been found above the tangent plane. */
+typedef struct HORIZONS {
+    V kappa_scale; /* |r0| / (w0 |b_perp|): height per pixel to cot h */
+    V kappa_tangent; /* cot of the tangent plane's horizon on the + side: -tan n; the - side's is its negative */
+    V reach;       /* (radius / |b_perp|)^2: t^2 (1 + cot^2 h) <= reach w^2 lies within the radius */
+    V cos_tangent; /* cosine of the tangent plane's horizon on the + side: -sin n; the - side's is its negative */
+    V rise[2];     /* largest slope above the tangent plane of full-weight samples, height per pixel; + and - side */
+    V cosine[2];   /* largest attenuated cosine of samples in the falloff ring */
+} HORIZONS;
+
+/* One sample of height w at distance 1 / inv; base = w0 / t + slope of the tangent plane there. */
+GTAOI_FI void GTAOI_NAME(gtaoi_rise)(const gtao_context *c, HORIZONS *s, int side, V w, V inv, V base, int orthographic,
+                                     int bounded, int ring) {
+    GTAOI_NO_CONTRACT
+    V slope = GV_MUL(w, inv), rise = GV_SUB(slope, base), tangent, kappa, rho, reach;
+    M inside, fading;
+    if (!bounded) {
+        s->rise[side] = GV_MAX(s->rise[side], rise);
+        return;
+    }
+    /* distance^2 = t^2 |b_perp|^2 (1 + kappa^2) / w^2 */
+    tangent = side ? GV_SUB(GV_SET(0.0f), s->kappa_tangent) : s->kappa_tangent;
+    kappa = GV_ADD(GV_MUL(rise, s->kappa_scale), tangent);
+    rho = GV_ADD(GV_MUL(kappa, kappa), GV_SET(1.0f));
+    if (orthographic) slope = inv;
+    reach = GV_MUL(GV_MUL(slope, slope), s->reach);
+    if (!ring) {
+        inside = GV_LE(rho, reach);
+        s->rise[side] = GV_MAX(s->rise[side], GV_IF(inside, rise));
+        return;
+    }
+    inside = GV_LE(rho, GV_MUL(reach, GV_SET(c->inner2)));
+    s->rise[side] = GV_MAX(s->rise[side], GV_IF(inside, rise));
+    fading = GM_AND(GM_ANDNOT(GV_LT(rho, reach), inside), GV_LT(s->rise[side], rise));
+    if (GM_ANY(fading)) {
+        V weight = GV_MUL(GV_SUB(GV_SET(1.0f), GV_SQRT(GV_DIV(rho, reach))), GV_SET(c->inv_falloff));
+        V cosine = GV_DIV(kappa, GV_SQRT(rho));
+        V start = side ? GV_SUB(GV_SET(0.0f), s->cos_tangent) : s->cos_tangent;
+        V faded = GV_ADD(start, GV_MUL(weight, GV_SUB(cosine, start)));
+        s->cosine[side] = GV_SELECT(fading, GV_MAX(faded, s->cosine[side]), s->cosine[side]);
+    }
+}
+
+/* Height of a sample between two pixels: linear within one surface, the nearer pixel across an edge. */
+GTAOI_FI V GTAOI_NAME(gtaoi_between)(const gtao_context *c, V a, V b, V fraction, int orthographic) {
+    GTAOI_NO_CONTRACT
+    V step = GV_SUB(b, a), limit = GV_SET(c->same_surface);
+    V nearest = GV_SELECT(GV_LT(fraction, GV_SET(0.5f)), a, b);
+    if (!orthographic) limit = GV_MUL(limit, GV_MIN(GV_ABS(a), GV_ABS(b)));
+    return GV_SELECT(GV_LE(GV_ABS(step), limit), GV_ADD(a, GV_MUL(fraction, step)), nearest);
+}
+
+
+/* One sample on one side, from the taps of the table. */
+GTAOI_FI void GTAOI_NAME(gtaoi_visit)(const gtao_context *c, HORIZONS *s, int side, const float *at,
+                                      const gtaoi_sample *q, V inv, V base, V fraction, int orthographic, int bounded,
+                                      int ring, int taps) {
+    V w = GV_LOAD(at + q->offset[side]);
+    if (taps) w = GTAOI_NAME(gtaoi_between)(c, w, GV_LOAD(at + q->offset[side + 2]), fraction, orthographic);
+    GTAOI_NAME(gtaoi_rise)(c, s, side, w, inv, base, orthographic, bounded, ring);
+}
+
+/* The horizon search: samples [0, n0) on the + side, [0, n1) on the - side. `at` is the group's first pixel. */
+GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const PIXEL *p, const SLICE *f, HORIZONS *horizons,
+                                      const float *at, const gtaoi_sample *q, int n0, int n1, int orthographic,
+                                      int bounded, int ring, int taps) {
+    GTAOI_NO_CONTRACT
+    HORIZONS s = *horizons;
+    int j, both = gtaoi_imin(n0, n1);
+    V tangent = GV_ADD(GV_MUL(p->gx, f->dx), GV_MUL(p->gy, f->dy)), fraction = tangent;
+    for (j = 0; j < both; j++, q++) {
+        V inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
+        if (taps) fraction = GV_SET(q->ux);
+        else tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
+        GTAOI_NAME(gtaoi_visit)(c, &s, 0, at, q, inv, GV_ADD(base, tangent), fraction, orthographic, bounded, ring, taps);
+        GTAOI_NAME(gtaoi_visit)(c, &s, 1, at, q, inv, GV_SUB(base, tangent), fraction, orthographic, bounded, ring, taps);
+    }
+    for (; j < n0; j++, q++) {
+        V inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
+        if (taps) fraction = GV_SET(q->ux);
+        else tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
+        GTAOI_NAME(gtaoi_visit)(c, &s, 0, at, q, inv, GV_ADD(base, tangent), fraction, orthographic, bounded, ring, taps);
+    }
+    for (; j < n1; j++, q++) {
+        V inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
+        if (taps) fraction = GV_SET(q->ux);
+        else tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
+        GTAOI_NAME(gtaoi_visit)(c, &s, 1, at, q, inv, GV_SUB(base, tangent), fraction, orthographic, bounded, ring, taps);
+    }
+    *horizons = s;
+}
+
+/* A sample on the paths that take every cosine: [J16] thickness heuristic, and the memo's search, where kappa and reach
+ * belong to the sample's own direction instead of the slice's. */
+GTAOI_FI void GTAOI_NAME(gtaoi_cosine)(const gtao_context *c, HORIZONS *s, int side, V kappa, V reach) {
+    GTAOI_NO_CONTRACT
+    const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    V rho = GV_ADD(GV_MUL(kappa, kappa), one), cosine = GV_DIV(kappa, GV_SQRT(rho)), weight = one, faded;
+    V start = side ? GV_SUB(zero, s->cos_tangent) : s->cos_tangent;
+    if (c->bounded) {
+        M inside = GV_LE(rho, GV_MUL(reach, GV_SET(c->inner2)));
+        weight = GV_MUL(GV_SUB(one, GV_SQRT(GV_DIV(rho, reach))), GV_SET(c->inv_falloff));
+        weight = GV_SELECT(inside, one, GV_IF(GV_LT(rho, reach), GV_MIN(GV_MAX(weight, zero), one)));
+    }
+    faded = GV_MAX(GV_ADD(start, GV_MUL(weight, GV_SUB(cosine, start))), start);
+    s->cosine[side] =
+        GV_SELECT(GV_LT(s->cosine[side], faded), faded,
+                  GV_ADD(s->cosine[side], GV_MUL(GV_SET(c->d.thin_blend), GV_SUB(faded, s->cosine[side]))));
+}
+
+GTAOI_FI void GTAOI_NAME(gtaoi_visit_cosine)(const gtao_context *c, const PIXEL *p, HORIZONS *s, int side, V w, V inv,
+                                             V ux, V uy) {
+    GTAOI_NO_CONTRACT
+    const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    V slope = c->orthographic ? inv : GV_MUL(w, inv), kappa, reach;
+    if (c->d.estimator == GTAO_ESTIMATOR_MEMO) {
+        /* D = w0 b - s r0 with b of the sample; cot h = D.v / |D_perp|, as if it lay in the slice. */
+        V w0 = c->orthographic ? one : p->w0;
+        V bx = GV_MUL(ux, GV_SET(c->bx1)), by = GV_MUL(uy, GV_SET(c->by1));
+        V br = GV_MUL(GV_ADD(GV_MUL(bx, p->rx), GV_MUL(by, p->ry)), p->inv_len);
+        V perp2 = GV_SUB(GV_ADD(GV_MUL(bx, bx), GV_MUL(by, by)), GV_MUL(br, br));
+        V dv = GV_SUB(GV_MUL(GV_MUL(GV_SUB(w, p->w0), inv), p->len), GV_MUL(w0, br));
+        kappa = GV_DIV(dv, GV_MUL(w0, GV_SQRT(perp2)));
+        reach = GV_DIV(GV_MUL(GV_SET(c->radius2), GV_MUL(slope, slope)), perp2);
+    } else {
+        V tangent = GV_ADD(GV_MUL(p->gx, ux), GV_MUL(p->gy, uy));
+        V rise = GV_SUB(GV_MUL(w, inv), GV_ADD(GV_MUL(p->w0, inv), tangent));
+        kappa = GV_ADD(GV_MUL(rise, s->kappa_scale), side ? GV_SUB(zero, s->kappa_tangent) : s->kappa_tangent);
+        reach = GV_MUL(GV_MUL(slope, slope), s->reach);
+    }
+    GTAOI_NAME(gtaoi_cosine)(c, s, side, kappa, reach);
+}
+
+GTAOI_FN void GTAOI_NAME(gtaoi_march_cosines)(const gtao_context *c, const PIXEL *p, const SLICE *f, HORIZONS *s,
+                                              const float *at, const gtaoi_sample *q, int n0, int n1) {
+    int side, j;
+    for (side = 0; side < 2; side++)
+        for (j = 0; j < (side ? n1 : n0); j++) {
+            V w = GV_LOAD(at + q[j].offset[side]), inv = GV_SET(q[j].inv_length), ux = GV_SET(q[j].ux), uy = GV_SET(q[j].uy);
+            if (c->every_pixel) {
+                w = GTAOI_NAME(gtaoi_between)(c, w, GV_LOAD(at + q[j].offset[side + 2]), ux, c->orthographic);
+                ux = f->dx, uy = f->dy;
+            }
+            if (side) ux = GV_SUB(GV_SET(0.0f), ux), uy = GV_SUB(GV_SET(0.0f), uy);
+            GTAOI_NAME(gtaoi_visit_cosine)(c, p, s, side, w, inv, ux, uy);
+        }
+}
+
+/* The variant of the search for this call, all its conditions constants in the loop. */
+GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const PIXEL *p, const SLICE *f, HORIZONS *s,
+                                       const float *at, const gtaoi_sample *q, int n0, int n1) {
+    int ring = c->inv_falloff > 0.0f;
+#define GTAOI_MARCH(o, b, r, t) GTAOI_NAME(gtaoi_march)(c, p, f, s, at, q, n0, n1, o, b, r, t)
+    if (c->cosines) GTAOI_NAME(gtaoi_march_cosines)(c, p, f, s, at, q, n0, n1);
+    else if (c->every_pixel) {
+        if (!c->bounded) GTAOI_MARCH(c->orthographic, 0, 0, 1);
+        else if (c->orthographic) GTAOI_MARCH(1, 1, 1, 1);
+        else GTAOI_MARCH(0, 1, 1, 1);
+    } else {
+        if (!c->bounded) GTAOI_MARCH(c->orthographic, 0, 0, 0);
+        else if (c->orthographic) GTAOI_MARCH(1, 1, 1, 0);
+        else if (ring) GTAOI_MARCH(0, 1, 1, 0);
+        else GTAOI_MARCH(0, 1, 0, 0);
+    }
+#undef GTAOI_MARCH
+}
+
+/* Search one slice of a group whose lanes share directions: lanes by radius class, samples by what is over the image. */
+GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const PIXEL *p, const SLICE *f, HORIZONS *s,
+                                             const float *at, int index, const int32_t *classes, unsigned active, int x,
+                                             int y, gtao_stats *stats) {
+    const int *count = c->count + (size_t)index * (size_t)c->classes;
+    int begin = 0, i, x1 = x + (GTAOI_W - 1) * c->period;
+    while (active) {
+        float selected[GTAOI_W];
+        const gtaoi_sample *q;
+        unsigned group = 0;
+        int n = INT32_MAX, n0, n1, k = 0, lanes = 0;
+        HORIZONS found = *s;
+        M chosen;
+        if (c->every_pixel) { /* one list for all: up to the nearest end, then on with the others */
+            for (i = 0; i < GTAOI_W; i++)
+                if (active >> i & 1) n = gtaoi_imin(n, count[classes[i]]);
+            for (i = 0; i < GTAOI_W; i++)
+                if ((active >> i & 1) && count[classes[i]] == n) group |= 1u << i;
+            q = c->sample + (size_t)index * (size_t)c->max_steps;
+        } else { /* a list for each class */
+            for (k = 0; !(active >> k & 1);) k++;
+            k = classes[k];
+            for (i = 0; i < GTAOI_W; i++)
+                if ((active >> i & 1) && classes[i] == k) group |= 1u << i;
+            n = count[k];
+            q = c->sample + ((size_t)index * (size_t)c->classes + (size_t)k) * (size_t)c->max_steps;
+        }
+        n0 = gtaoi_reach(c, q, n, 1, x, x1, y);
+        n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
+        if (c->d.border == GTAO_BORDER_OPEN || (n0 == n && n1 == n)) {
+            GTAOI_NAME(gtaoi_search)(c, p, f, &found, at, q + begin, gtaoi_imax(n0 - begin, 0), gtaoi_imax(n1 - begin, 0));
+        } else {
+            gtaoi_sample moved[GTAOI_CHUNK];
+            int from, m, second_along_x = (c->slice[index].dx < 0.0f ? -c->slice[index].dx : c->slice[index].dx) <
+                                          (c->slice[index].dy < 0.0f ? -c->slice[index].dy : c->slice[index].dy);
+            for (from = begin; from < n; from += m) {
+                m = gtaoi_imin(n - from, GTAOI_CHUNK);
+                gtaoi_remap(c, q + from, m, x, y, second_along_x, moved);
+                GTAOI_NAME(gtaoi_search)(c, p, f, &found, at, moved, m, m);
+            }
+        }
+        for (i = 0; i < GTAOI_W; i++) {
+            unsigned bits = c->every_pixel ? active : group;
+            selected[i] = (float)(bits >> i & 1);
+            lanes += (int)(bits >> i & 1);
+        }
+        chosen = GV_LT(GV_SET(0.0f), GV_LOAD(selected));
+        for (i = 0; i < 2; i++) {
+            s->rise[i] = GV_SELECT(chosen, found.rise[i], s->rise[i]);
+            s->cosine[i] = GV_SELECT(chosen, found.cosine[i], s->cosine[i]);
+        }
+        stats->samples += (uint64_t)lanes * (uint64_t)(gtaoi_imax(n0 - begin, 0) + gtaoi_imax(n1 - begin, 0));
+        active &= ~group;
+        if (c->every_pixel) begin = n;
+    }
+}
+
+/* Heights at whole-pixel coordinates, borders applied. */
+GTAOI_FI V GTAOI_NAME(gtaoi_fetch)(const gtao_context *c, V x, V y) {
+    GTAOI_NO_CONTRACT
+    float xs[GTAOI_W], ys[GTAOI_W], out[GTAOI_W];
+    V w = GV_SET((float)c->d.width), h = GV_SET((float)c->d.height), zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    int i;
+    if (c->d.border == GTAO_BORDER_OPEN) {
+        x = GV_MIN(GV_MAX(x, GV_SET(-1.0f)), w);
+        y = GV_MIN(GV_MAX(y, GV_SET(-1.0f)), h);
+    } else if (c->d.border == GTAO_BORDER_CLAMP) {
+        x = GV_MIN(GV_MAX(x, zero), GV_SUB(w, one));
+        y = GV_MIN(GV_MAX(y, zero), GV_SUB(h, one));
+    } else {
+        x = GV_SUB(x, GV_MUL(w, GTAOI_NAME(gtaoi_floor)(GV_DIV(x, w))));
+        y = GV_SUB(y, GV_MUL(h, GTAOI_NAME(gtaoi_floor)(GV_DIV(y, h))));
+    }
+    GV_STORE(xs, x);
+    GV_STORE(ys, y);
+    for (i = 0; i < GTAOI_W; i++) out[i] = c->w[(ptrdiff_t)(int)ys[i] * c->pitch + GTAOI_PAD + (int)xs[i]];
+    return GV_LOAD(out);
+}
+
+/* Search one slice of a group with a direction and an offset for each pixel. */
+GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const PIXEL *p, const SLICE *f, HORIZONS *s,
+                                             V offset, gtao_stats *stats) {
+    GTAOI_NO_CONTRACT
+    const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    V ax = GV_ABS(f->dx), ay = GV_ABS(f->dy), unit = GV_MAX(ax, ay), radius, steps;
+    M along_x = GV_LE(ay, ax);
+    float level[GTAOI_W], position[GTAOI_W];
+    int i, j, side, n = c->max_steps, taps = c->every_pixel;
+    radius = GV_DIV(p->extent, GV_SQRT(f->bb));
+    radius = GV_MIN(GV_MAX(radius, one), GV_SET(c->max_radius));
+    steps = GV_MAX(GTAOI_NAME(gtaoi_floor)(GV_MUL(radius, unit)), one);
+    GV_STORE(level, offset);
+    if (taps) {
+        GV_STORE(position, steps);
+        for (n = 1, i = 0; i < GTAOI_W; i++) n = gtaoi_imax(n, (int)position[i]);
+    }
+    for (j = 0; j < n; j++) {
+        V qx, qy, inv, fraction = zero;
+        M within = GV_LE(zero, zero);
+        if (taps) {
+            V t = GV_DIV(GV_SET((float)(j + 1)), unit), px = GV_MUL(t, f->dx), py = GV_MUL(t, f->dy);
+            within = GV_LE(GV_SET((float)(j + 1)), steps);
+            qx = GV_SELECT(along_x, GTAOI_NAME(gtaoi_nearest)(px), GTAOI_NAME(gtaoi_floor)(px));
+            qy = GV_SELECT(along_x, GTAOI_NAME(gtaoi_floor)(py), GTAOI_NAME(gtaoi_nearest)(py));
+            fraction = GV_SELECT(along_x, GV_SUB(py, qy), GV_SUB(px, qx));
+            inv = GV_DIV(one, t);
+        } else {
+            V t;
+            for (i = 0; i < GTAOI_W; i++) position[i] = c->step[64 * j + (int)level[i]];
+            t = GV_ADD(one, GV_MUL(GV_SUB(radius, one), GV_LOAD(position)));
+            qx = GTAOI_NAME(gtaoi_nearest)(GV_MUL(t, f->dx));
+            qy = GTAOI_NAME(gtaoi_nearest)(GV_MUL(t, f->dy));
+            inv = GV_DIV(one, GV_SQRT(GV_ADD(GV_MUL(qx, qx), GV_MUL(qy, qy))));
+        }
+        for (side = 0; side < 2; side++) {
+            V x = side ? GV_SUB(p->x, qx) : GV_ADD(p->x, qx), y = side ? GV_SUB(p->y, qy) : GV_ADD(p->y, qy);
+            V w = GTAOI_NAME(gtaoi_fetch)(c, x, y), ux = GV_MUL(qx, inv), uy = GV_MUL(qy, inv), tangent, before[2];
+            if (taps) {
+                V step = side ? GV_SET(-1.0f) : one;
+                V bx = GV_SELECT(along_x, x, GV_ADD(x, step)), by = GV_SELECT(along_x, GV_ADD(y, step), y);
+                w = GTAOI_NAME(gtaoi_between)(c, w, GTAOI_NAME(gtaoi_fetch)(c, bx, by), fraction, c->orthographic);
+                ux = f->dx, uy = f->dy;
+            }
+            if (side) ux = GV_SUB(zero, ux), uy = GV_SUB(zero, uy);
+            tangent = GV_ADD(GV_MUL(p->gx, ux), GV_MUL(p->gy, uy));
+            before[0] = s->rise[side], before[1] = s->cosine[side];
+            if (c->cosines) GTAOI_NAME(gtaoi_visit_cosine)(c, p, s, side, w, inv, ux, uy);
+            else
+                GTAOI_NAME(gtaoi_rise)(c, s, side, w, inv, GV_ADD(GV_MUL(p->w0, inv), tangent), c->orthographic,
+                                       c->bounded, 1);
+            if (taps) {
+                s->rise[side] = GV_SELECT(within, s->rise[side], before[0]);
+                s->cosine[side] = GV_SELECT(within, s->cosine[side], before[1]);
+            }
+        }
+    }
+    stats->samples += (uint64_t)(2 * n * GTAOI_W);
+}
+
+/* ---- integrate ---------------------------------------------------------------------------------------------------- */
+
+/* atan2(y, x), the twin of gtao_atan2 but for atan2(0, 0), which is not asked for. */
+GTAOI_FI V GTAOI_NAME(gtaoi_atan2)(V y, V x) {
+    GTAOI_NO_CONTRACT
+    const V zero = GV_SET(0.0f);
+    V ay = GV_ABS(y), ax = GV_ABS(x), q = GV_DIV(GV_MIN(ax, ay), GV_MAX(ax, ay)), qq = GV_MUL(q, q);
+    V a = GV_SET(0.0028662257f);
+    a = GV_SUB(GV_MUL(a, qq), GV_SET(0.0161657367f));
+    a = GV_ADD(GV_MUL(a, qq), GV_SET(0.0429096138f));
+    a = GV_SUB(GV_MUL(a, qq), GV_SET(0.0752896400f));
+    a = GV_ADD(GV_MUL(a, qq), GV_SET(0.1065626393f));
+    a = GV_SUB(GV_MUL(a, qq), GV_SET(0.1420889944f));
+    a = GV_ADD(GV_MUL(a, qq), GV_SET(0.1999355085f));
+    a = GV_SUB(GV_MUL(a, qq), GV_SET(0.3333314528f));
+    a = GV_ADD(GV_MUL(GV_MUL(a, qq), q), q);
+    a = GV_SELECT(GV_LT(ax, ay), GV_SUB(GV_SET(1.57079633f), a), a);
+    a = GV_SELECT(GV_LT(x, zero), GV_SUB(GV_SET(3.14159265f), a), a);
+    return GV_SELECT(GV_LT(y, zero), GV_SUB(zero, a), a);
+}
+
+/* Sums over the slices of a pixel. */
+#define SUM GTAOI_NAME(gtaoi_sum)
+typedef struct SUM {
+    V visible, open;   /* sum J a, sum J a of an open surface */
+    V bx, by, bz, bv;  /* sum J (T_open - T), the memo's sum T: along the slices, and along the view vector */
+} SUM;
+
+/* cot h of a side from what the search found. */
+GTAOI_FI V GTAOI_NAME(gtaoi_kappa)(const gtao_context *c, const HORIZONS *s, int side, M *occluded) {
+    GTAOI_NO_CONTRACT
+    const V zero = GV_SET(0.0f);
+    V tangent = side ? GV_SUB(zero, s->kappa_tangent) : s->kappa_tangent;
+    V start = side ? GV_SUB(zero, s->cos_tangent) : s->cos_tangent, cosine = s->cosine[side];
+    V kappa = GV_ADD(GV_MUL(s->rise[side], s->kappa_scale), tangent);
+    M above = GV_LT(zero, s->rise[side]);
+    if (c->cosines || c->inv_falloff > 0.0f) {
+        M faded = GV_LT(start, cosine);
+        if (GM_ANY(faded)) {
+            V sine2 = GV_MAX(GV_SUB(GV_SET(1.0f), GV_MUL(cosine, cosine)), GV_SET(1e-12f));
+            kappa = GV_SELECT(faded, GV_MAX(GV_DIV(cosine, GV_SQRT(sine2)), kappa), kappa);
+            above = GM_OR(above, faded);
+        }
+    }
+    *occluded = GM_OR(*occluded, above);
+    return GV_MAX(GV_MIN(kappa, GV_SET(GTAOI_KAPPA_LIMIT)), GV_SET(-GTAOI_KAPPA_LIMIT));
+}
+
+/* With s = sin h, c = cos h, both h > 0, and np the normal projected to the slice, n.v = |np| cos n, n.o = |np| sin n:
+ *   |np| (a(h0, n) + a(h1, n)) = ((s0^2 + s1^2) n.v + (h1 - h0 - s1 c1 + s0 c0) n.o) / 2       [J19], no angle but one
+ *   h1 - h0 = atan2(k0 - k1, 1 + k0 k1),  s^2 = 1 / (1 + k^2),  s c = k / (1 + k^2),  k = cot h
+ * and for the bent normal, T = T_o o + T_v v = int V (np.w) w |sin|:
+ *   T_o = (s1^3 - s0^3) n.v / 3 + (4/3 - c1 - c0 + (c1^3 + c0^3) / 3) n.o,   T_v = (2 - c1^3 - c0^3) n.v / 3 + (s1^3 - s0^3) n.o / 3
+ * open: |np| (cos n + n sin n),  T_o = 4/3 n.o,  T_v = 2/3 n.v. */
+GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const PIXEL *p, const SLICE *f, const HORIZONS *s,
+                                          V no, V q, V inv_perp, SUM *sum) {
+    GTAOI_NO_CONTRACT
+    const V zero = GV_SET(0.0f), one = GV_SET(1.0f), half = GV_SET(0.5f), third = GV_SET(1.0f / 3.0f);
+    int uniform = c->d.weighting == GTAO_WEIGHTING_UNIFORM, memo = c->d.estimator == GTAO_ESTIMATOR_MEMO;
+    M occluded = GV_LT(one, zero);
+    V k1 = GTAOI_NAME(gtaoi_kappa)(c, s, 0, &occluded), k0 = GTAOI_NAME(gtaoi_kappa)(c, s, 1, &occluded);
+    V jacobian = memo ? one : GV_MUL(inv_perp, inv_perp), n = zero, open, arc;
+    if (uniform) open = GV_SET(2.0f);
+    else {
+        n = GTAOI_NAME(gtaoi_atan2)(no, p->nv);
+        open = GV_ADD(p->nv, GV_MUL(n, no));
+    }
+    arc = open;
+    if (GM_ANY(occluded) || (memo && c->bent)) {
+        V rho1 = GV_ADD(one, GV_MUL(k1, k1)), rho0 = GV_ADD(one, GV_MUL(k0, k0));
+        V c1 = zero, c0 = zero, s1 = zero, s0 = zero, ss1 = GV_DIV(one, rho1), ss0 = GV_DIV(one, rho0), between = zero;
+        if (uniform || c->bent) {
+            s1 = GV_SQRT(ss1), s0 = GV_SQRT(ss0);
+            c1 = GV_MUL(k1, s1), c0 = GV_MUL(k0, s0);
+        }
+        if (!uniform || c->bent) { /* h1 - h0 - s1 c1 + s0 c0 */
+            between = GTAOI_NAME(gtaoi_atan2)(GV_SUB(k0, k1), GV_ADD(one, GV_MUL(k0, k1)));
+            between = GV_ADD(GV_SUB(between, GV_MUL(k1, ss1)), GV_MUL(k0, ss0));
+        }
+        if (uniform) arc = GV_SUB(GV_SUB(open, c1), c0);
+        else arc = GV_MUL(half, GV_ADD(GV_MUL(GV_ADD(ss0, ss1), p->nv), GV_MUL(between, no)));
+        arc = GV_SELECT(occluded, arc, open);
+        if (c->bent) { /* (T_open - T), subtracted later from that of the open hemisphere; the memo's T itself */
+            V to, tv, open_o = GV_MUL(GV_SET(4.0f / 3.0f), no), open_v = GV_MUL(GV_SET(2.0f / 3.0f), p->nv), along;
+            if (uniform) { /* T_o = (h1 - h0 - s1 c1 + s0 c0) / 2, T_v = (s0^2 + s1^2) / 2; open at the tangents */
+                V tangent = s->kappa_tangent;
+                open_v = GV_DIV(one, GV_ADD(one, GV_MUL(tangent, tangent)));
+                open_o = GV_SUB(GTAOI_NAME(gtaoi_atan2)(no, p->nv), GV_MUL(tangent, open_v));
+                to = GV_SUB(open_o, GV_MUL(half, between));
+                tv = GV_SUB(open_v, GV_MUL(half, GV_ADD(ss0, ss1)));
+            } else {
+                V ds = GV_MUL(third, GV_SUB(GV_MUL(ss1, s1), GV_MUL(ss0, s0)));
+                V c13 = GV_MUL(GV_MUL(c1, c1), c1), c03 = GV_MUL(GV_MUL(c0, c0), c0);
+                V cc = GV_MUL(third, GV_ADD(c13, c03));
+                to = GV_SUB(GV_MUL(GV_SUB(GV_ADD(c1, c0), cc), no), GV_MUL(ds, p->nv));
+                tv = GV_SUB(GV_MUL(cc, p->nv), GV_MUL(ds, no));
+            }
+            to = GV_IF(occluded, to), tv = GV_IF(occluded, tv);
+            if (memo) to = GV_SUB(open_o, to), tv = GV_SUB(open_v, tv);
+            /* o = (b - q r0 / |r0|) / |b_perp|, q = b.r0 / |r0| */
+            to = GV_MUL(to, GV_MUL(jacobian, inv_perp));
+            along = GV_MUL(q, p->inv_len);
+            sum->bx = GV_ADD(sum->bx, GV_MUL(to, GV_SUB(f->bx, GV_MUL(along, p->rx))));
+            sum->by = GV_ADD(sum->by, GV_MUL(to, GV_SUB(f->by, GV_MUL(along, p->ry))));
+            sum->bz = GV_SUB(sum->bz, GV_MUL(to, along));
+            sum->bv = GV_ADD(sum->bv, GV_MUL(tv, jacobian));
+        }
+    }
+    sum->visible = GV_ADD(sum->visible, GV_MUL(jacobian, arc));
+    sum->open = GV_ADD(sum->open, GV_MUL(jacobian, open));
+}
+
+/* ---- normals ------------------------------------------------------------------------------------------------------ */
+
+/* Derivative of w along one axis: of the two sides the one whose next pixel it predicts better; zero if neither side
+ * is there. `has` is false outside the image. */
+GTAOI_FI V GTAOI_NAME(gtaoi_gradient)(V w0, V a1, V a2, V b1, V b2, M has_a, M has_b) {
+    GTAOI_NO_CONTRACT
+    const V limit = GV_SET(GTAOI_SKY_LIMIT), far_off = GV_SET(FLT_MAX);
+    V ga = GV_SUB(w0, a1), gb = GV_SUB(b1, w0);
+    V ea = GV_SELECT(GV_LT(limit, a2), GV_ABS(GV_SUB(GV_SUB(a1, a2), ga)), GV_ABS(ga));
+    V eb = GV_SELECT(GV_LT(limit, b2), GV_ABS(GV_SUB(GV_SUB(b2, b1), gb)), GV_ABS(gb));
+    has_a = GM_AND(has_a, GV_LT(limit, a1));
+    has_b = GM_AND(has_b, GV_LT(limit, b1));
+    ga = GV_IF(has_a, ga), gb = GV_IF(has_b, gb);
+    ea = GV_SELECT(has_a, ea, far_off), eb = GV_SELECT(has_b, eb, far_off);
+    return GV_SELECT(GV_LT(ea, eb), ga, GV_SELECT(GV_LT(eb, ea), gb, GV_MUL(GV_SET(0.5f), GV_ADD(ga, gb))));
+}
+
+/* The normal of the surface w = w0 + g.q: n = -(fx gx, fy gy, w0 - g.(x - c)), normalised; orthographic -(g / size, 1). */
+GTAOI_FN void GTAOI_NAME(gtaoi_derive_normals)(const gtao_context *c, PIXEL *p, const float *at, int phase, int y, M here) {
+    GTAOI_NO_CONTRACT
+    const V zero = GV_SET(0.0f), one = GV_SET(1.0f), w = GV_SET((float)c->d.width);
+    int wrap = c->d.border == GTAO_BORDER_WRAP, h = c->d.height, i;
+    ptrdiff_t x_at = at - gtaoi_row(c, y);
+    const float *rows[5];
+    V gx, gy, nx, ny, nz, len2, scale;
+    M always = GV_LE(zero, zero), valid;
+    for (i = -2; i <= 2; i++) rows[i + 2] = (wrap || (y + i >= 0 && y + i < h) ? gtaoi_row(c, y + i) : c->w + (ptrdiff_t)(h + 1) * c->pitch) + x_at;
+    gx = GTAOI_NAME(gtaoi_gradient)(p->w0, GV_LOAD(at + gtaoi_tap(c, phase, -1, 0)), GV_LOAD(at + gtaoi_tap(c, phase, -2, 0)),
+                                    GV_LOAD(at + gtaoi_tap(c, phase, 1, 0)), GV_LOAD(at + gtaoi_tap(c, phase, 2, 0)),
+                                    wrap ? always : GV_LE(one, p->x), wrap ? always : GV_LT(GV_ADD(p->x, one), w));
+    gy = GTAOI_NAME(gtaoi_gradient)(p->w0, GV_LOAD(rows[1]), GV_LOAD(rows[0]), GV_LOAD(rows[3]), GV_LOAD(rows[4]), always, always);
+    nx = GV_DIV(gx, GV_SET(c->bx1)), ny = GV_DIV(gy, GV_SET(c->by1)), nz = one;
+    if (!c->orthographic) nz = GV_SUB(GV_SUB(p->w0, GV_MUL(nx, p->rx)), GV_MUL(ny, p->ry));
+    len2 = GV_ADD(GV_ADD(GV_MUL(nx, nx), GV_MUL(ny, ny)), GV_MUL(nz, nz));
+    valid = GM_AND(GV_LT(zero, len2), GV_LE(len2, GV_SET(FLT_MAX)));
+    scale = GV_DIV(GV_SET(-1.0f), GV_SQRT(len2));
+    /* where nothing can be told: towards the eye */
+    nx = GV_SELECT(valid, GV_MUL(nx, scale), GV_SUB(zero, GV_MUL(p->rx, p->inv_len)));
+    ny = GV_SELECT(valid, GV_MUL(ny, scale), GV_SUB(zero, GV_MUL(p->ry, p->inv_len)));
+    nz = GV_SELECT(valid, GV_MUL(nz, scale), GV_SUB(zero, p->inv_len));
+    p->nx = GV_SELECT(here, nx, p->nx), p->ny = GV_SELECT(here, ny, p->ny), p->nz = GV_SELECT(here, nz, p->nz);
+}
+
+/* The caller's normals to view space, unit length; where there is none, all zero. */
+GTAOI_FI void GTAOI_NAME(gtaoi_load_normals)(const gtao_context *c, PIXEL *p, const float *x, const float *y,
+                                             const float *z) {
+    GTAOI_NO_CONTRACT
+    const V zero = GV_SET(0.0f);
+    const float *m = c->to_view;
+    V nx = GV_LOAD(x), ny = GV_LOAD(y), nz = GV_LOAD(z), len2, scale;
+    M valid;
+    if (c->transform_normals) {
+        V tx = nx, ty = ny, tz = nz;
+        nx = GV_ADD(GV_ADD(GV_MUL(GV_SET(m[0]), tx), GV_MUL(GV_SET(m[1]), ty)), GV_MUL(GV_SET(m[2]), tz));
+        ny = GV_ADD(GV_ADD(GV_MUL(GV_SET(m[3]), tx), GV_MUL(GV_SET(m[4]), ty)), GV_MUL(GV_SET(m[5]), tz));
+        nz = GV_ADD(GV_ADD(GV_MUL(GV_SET(m[6]), tx), GV_MUL(GV_SET(m[7]), ty)), GV_MUL(GV_SET(m[8]), tz));
+    }
+    len2 = GV_ADD(GV_ADD(GV_MUL(nx, nx), GV_MUL(ny, ny)), GV_MUL(nz, nz));
+    valid = GM_AND(GV_LE(GV_SET(1e-30f), len2), GV_LE(len2, GV_SET(FLT_MAX)));
+    scale = GV_DIV(GV_SET(1.0f), GV_SQRT(len2));
+    p->nx = GV_SELECT(valid, GV_MUL(nx, scale), zero);
+    p->ny = GV_SELECT(valid, GV_MUL(ny, scale), zero);
+    p->nz = GV_SELECT(valid, GV_MUL(nz, scale), zero);
+}
+
+/* n.v, with normals that face away tilted until they just face the eye; the tangent plane's gradient. */
+GTAOI_FI void GTAOI_NAME(gtaoi_face)(const gtao_context *c, PIXEL *p) {
+    GTAOI_NO_CONTRACT
+    const V zero = GV_SET(0.0f), least = GV_SET(GTAOI_FACING_MIN);
+    V nr = GV_ADD(GV_ADD(GV_MUL(p->nx, p->rx), GV_MUL(p->ny, p->ry)), p->nz), scale;
+    M away;
+    p->nv = GV_SUB(zero, GV_MUL(nr, p->inv_len));
+    away = GV_LT(p->nv, least);
+    if (GM_ANY(away)) {
+        V lift = GV_MUL(GV_SUB(least, p->nv), p->inv_len);
+        V nx = GV_SUB(p->nx, GV_MUL(lift, p->rx)), ny = GV_SUB(p->ny, GV_MUL(lift, p->ry)), nz = GV_SUB(p->nz, lift);
+        V len2 = GV_ADD(GV_ADD(GV_MUL(nx, nx), GV_MUL(ny, ny)), GV_MUL(nz, nz));
+        M valid = GV_LE(GV_SET(1e-12f), len2); /* straight away from the eye: towards it */
+        scale = GV_DIV(GV_SET(1.0f), GV_SQRT(len2));
+        nx = GV_SELECT(valid, GV_MUL(nx, scale), GV_SUB(zero, GV_MUL(p->rx, p->inv_len)));
+        ny = GV_SELECT(valid, GV_MUL(ny, scale), GV_SUB(zero, GV_MUL(p->ry, p->inv_len)));
+        nz = GV_SELECT(valid, GV_MUL(nz, scale), GV_SUB(zero, p->inv_len));
+        p->nx = GV_SELECT(away, nx, p->nx), p->ny = GV_SELECT(away, ny, p->ny), p->nz = GV_SELECT(away, nz, p->nz);
+        nr = GV_ADD(GV_ADD(GV_MUL(p->nx, p->rx), GV_MUL(p->ny, p->ry)), p->nz);
+        p->nv = GV_MAX(GV_SUB(zero, GV_MUL(nr, p->inv_len)), GV_MUL(GV_SET(0.5f), least));
+    }
+    p->inv_nv = GV_DIV(GV_SET(1.0f), p->nv);
+    /* g = w0 / (n.r0) (nx / fx, ny / fy), n.r0 = -|r0| n.v; orthographic (nx, ny sy / sx) / nz */
+    scale = GV_SUB(zero, GV_MUL(p->inv_nv, p->inv_len));
+    if (!c->orthographic) scale = GV_MUL(scale, p->w0);
+    p->gx = GV_MUL(scale, GV_MUL(p->nx, GV_SET(c->bx1)));
+    p->gy = GV_MUL(scale, GV_MUL(p->ny, GV_SET(c->by1)));
+}
+
+/* ---- rows --------------------------------------------------------------------------------------------------------- */
+
+/* All slices of the active pixels of a group, to visibility (v) and bent normal (p->n). */
+GTAOI_FI void GTAOI_NAME(gtaoi_slices)(const gtao_context *c, PIXEL *p, const float *at, int x, int y, M active, V *v,
+                                       gtao_stats *stats) {
+    GTAOI_NO_CONTRACT
+    const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    int phase = (y & (c->period - 1)) * c->period + (x & (c->period - 1)), k, cosine_weighted = c->d.weighting == GTAO_WEIGHTING_COSINE;
+    V kappa_scale = c->orthographic ? one : GV_DIV(p->len, p->w0), direction = zero, offset = zero, visible, open;
+    int32_t classes[GTAOI_W] = {0};
+    SUM sum;
+    M good;
+    sum.visible = sum.open = sum.bx = sum.by = sum.bz = sum.bv = zero;
+    if (c->per_pixel_noise) {
+        const float *noise = c->noise + 2 * (y & 63) * (64 + GTAOI_LANES) + (x & 63);
+        direction = GV_LOAD(noise), offset = GV_LOAD(noise + 64 + GTAOI_LANES);
+    } else {
+        V extent = GV_MIN(GV_MAX(p->extent, GV_SET(c->extent_min)), GV_SET(c->extent_max));
+        GV_CLASS(classes, extent);
+        for (k = 0; k < GTAOI_W; k++) classes[k] = gtaoi_imin(gtaoi_imax(classes[k] - (int32_t)c->class_base, 0), c->classes - 1);
+    }
+    for (k = 0; k < c->slices; k++) {
+        int index = phase * c->slices + k;
+        const gtaoi_slice *slice = c->slice + index;
+        SLICE f;
+        HORIZONS s;
+        V q, perp2, inv_perp, no, tangent;
+        if (c->per_pixel_noise) {
+            /* sin(pi u) = cos(pi (u - 1/2)), cos(pi u) = -sin(pi (u - 1/2)) by Taylor's series; error 1e-7 */
+            V a = GV_DIV(GV_ADD(GV_SET((float)k), direction), GV_SET((float)c->slices)), aa, sine, cosine;
+            a = GV_MUL(GV_SET((float)GTAOI_PI), GV_SUB(a, GV_SET(0.5f)));
+            aa = GV_MUL(a, a);
+            sine = GV_ADD(GV_SET(2.7557319e-6f), GV_MUL(aa, GV_SET(-2.5052108e-8f)));
+            sine = GV_ADD(GV_SET(-1.9841270e-4f), GV_MUL(aa, sine));
+            sine = GV_ADD(GV_SET(8.3333333e-3f), GV_MUL(aa, sine));
+            sine = GV_ADD(GV_SET(-1.6666667e-1f), GV_MUL(aa, sine));
+            sine = GV_ADD(a, GV_MUL(GV_MUL(a, aa), sine));
+            cosine = GV_ADD(GV_SET(-2.7557319e-7f), GV_MUL(aa, GV_SET(2.0876757e-9f)));
+            cosine = GV_ADD(GV_SET(2.4801587e-5f), GV_MUL(aa, cosine));
+            cosine = GV_ADD(GV_SET(-1.3888889e-3f), GV_MUL(aa, cosine));
+            cosine = GV_ADD(GV_SET(4.1666667e-2f), GV_MUL(aa, cosine));
+            cosine = GV_ADD(GV_SET(-0.5f), GV_MUL(aa, cosine));
+            cosine = GV_ADD(one, GV_MUL(aa, cosine));
+            f.dx = GV_SUB(zero, sine), f.dy = cosine;
+            f.bx = GV_MUL(f.dx, GV_SET(c->bx1)), f.by = GV_MUL(f.dy, GV_SET(c->by1));
+            f.bb = GV_ADD(GV_MUL(f.bx, f.bx), GV_MUL(f.by, f.by));
+        } else {
+            f.dx = GV_SET(slice->dx), f.dy = GV_SET(slice->dy);
+            f.bx = GV_SET(slice->bx), f.by = GV_SET(slice->by), f.bb = GV_SET(slice->bb);
+        }
+        /* b_perp = b - (b.v) v, o = b_perp / |b_perp|, tan n = n.o / n.v */
+        q = GV_MUL(GV_ADD(GV_MUL(f.bx, p->rx), GV_MUL(f.by, p->ry)), p->inv_len);
+        perp2 = GV_MAX(GV_SUB(f.bb, GV_MUL(q, q)), GV_MUL(f.bb, GV_SET(1e-6f)));
+        inv_perp = GV_DIV(one, GV_SQRT(perp2));
+        no = GV_MUL(GV_ADD(GV_ADD(GV_MUL(p->nx, f.bx), GV_MUL(p->ny, f.by)), GV_MUL(q, p->nv)), inv_perp);
+        tangent = GV_MUL(no, p->inv_nv);
+        s.kappa_tangent = GV_SUB(zero, tangent);
+        s.kappa_scale = GV_MUL(kappa_scale, inv_perp);
+        s.reach = GV_MUL(GV_SET(c->radius2), GV_MUL(inv_perp, inv_perp));
+        s.rise[0] = s.rise[1] = s.cos_tangent = s.cosine[0] = s.cosine[1] = zero;
+        if (c->cosines || c->inv_falloff > 0.0f) {
+            V cos_n = GV_DIV(one, GV_SQRT(GV_ADD(one, GV_MUL(tangent, tangent))));
+            s.cosine[1] = GV_MUL(tangent, cos_n);
+            s.cosine[0] = s.cos_tangent = GV_SUB(zero, s.cosine[1]);
+        }
+        if (c->per_pixel_noise) GTAOI_NAME(gtaoi_search_noise)(c, p, &f, &s, offset, stats);
+        else GTAOI_NAME(gtaoi_search_table)(c, p, &f, &s, at, index, classes, GM_BITS(active), x, y, stats);
+        GTAOI_NAME(gtaoi_integrate)(c, p, &f, &s, no, q, inv_perp, &sum);
+    }
+    open = sum.open;
+    if (c->d.estimator == GTAO_ESTIMATOR_MEMO) open = GV_SET((float)c->slices * (cosine_weighted ? 1.0f : 2.0f));
+    visible = GV_DIV(sum.visible, open);
+    good = GV_LE(zero, GV_ABS(visible)); /* not NaN */
+    visible = GV_SELECT(good, GV_MIN(GV_MAX(visible, zero), one), one);
+    *v = GV_SELECT(active, visible, one);
+    if (c->bent) {
+        /* [J19 Eq. 20-21] exact off axis: b = (2/3) n - sum J ((T_open - T)_o o + (T_open - T)_v v) / sum J a_open */
+        V share = GV_SET(cosine_weighted ? 2.0f / 3.0f : 0.5f), inv_open = GV_DIV(GV_SET(-1.0f), open), bx, by, bz, len2, scale;
+        V along = GV_MUL(sum.bv, p->inv_len);
+        if (c->d.estimator == GTAO_ESTIMATOR_MEMO) share = zero, inv_open = one;
+        bx = GV_ADD(GV_MUL(share, p->nx), GV_MUL(inv_open, GV_SUB(sum.bx, GV_MUL(along, p->rx))));
+        by = GV_ADD(GV_MUL(share, p->ny), GV_MUL(inv_open, GV_SUB(sum.by, GV_MUL(along, p->ry))));
+        bz = GV_ADD(GV_MUL(share, p->nz), GV_MUL(inv_open, GV_SUB(sum.bz, along)));
+        len2 = GV_ADD(GV_ADD(GV_MUL(bx, bx), GV_MUL(by, by)), GV_MUL(bz, bz));
+        scale = GV_DIV(one, GV_SQRT(len2));
+        /* nothing visible, or not finite: the normal */
+        good = GM_AND(GM_AND(active, GV_LE(GV_SET(1e-12f), len2)), GV_LE(len2, GV_SET(FLT_MAX)));
+        good = GM_AND(good, GV_LT(visible, one));
+        p->nx = GV_SELECT(good, GV_MUL(bx, scale), p->nx);
+        p->ny = GV_SELECT(good, GV_MUL(by, scale), p->ny);
+        p->nz = GV_SELECT(good, GV_MUL(bz, scale), p->nz);
+    }
+}
+
+GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1, gtao_stats *stats) {
+    GTAOI_NO_CONTRACT
+    enum { BLOCK = 4 * GTAOI_W };
+    const gtao_desc *d = &c->d;
+    const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    int x0, y, i, p, period = c->period, span = period * GTAOI_W, components = d->normal_components;
+    for (y = y0; y < y1; y++) {
+        const char *normals = d->normals ? (const char *)d->normals + (ptrdiff_t)y * d->normal_stride : 0;
+        const uint8_t *mask = d->mask ? d->mask + (ptrdiff_t)y * d->mask_stride : 0;
+        const float *row = gtaoi_row(c, y);
+        V ry = GV_SET(c->orthographic ? 0.0f : ((float)y + 0.5f - c->cy) * c->by1);
+        for (x0 = 0; x0 < d->width; x0 += span) {
+            float n[3][BLOCK], wanted[BLOCK], v[BLOCK], bx[BLOCK], by[BLOCK], bz[BLOCK];
+            int count = gtaoi_imin(span, d->width - x0);
+            for (i = 0; i < count; i++) wanted[i % period * GTAOI_W + i / period] = mask ? (float)mask[x0 + i] : 1.0f;
+            for (; i < span; i++) wanted[i % period * GTAOI_W + i / period] = -1.0f;
+            if (normals) {
+                const float *from = (const float *)(const void *)normals + (ptrdiff_t)x0 * components;
+                for (i = 0; i < span; i++) {
+                    int at = i % period * GTAOI_W + i / period;
+                    if (i >= count) {
+                        n[0][at] = n[1][at] = n[2][at] = 0.0f;
+                        continue;
+                    }
+                    n[0][at] = from[0], n[1][at] = from[1], n[2][at] = from[2];
+                    from += components;
+                }
+            }
+            for (p = 0; p < period; p++) {
+                const float *at = row + (ptrdiff_t)p * c->segment + GTAOI_PAD + x0 / period;
+                float lane_v[GTAOI_W], lane_x[GTAOI_W], lane_y[GTAOI_W], lane_z[GTAOI_W];
+                PIXEL px;
+                V want = GV_LOAD(wanted + p * GTAOI_W), visible = one, rr;
+                M inside = GV_LE(zero, want), solid, active, missing;
+                px.w0 = GV_LOAD(at);
+                px.x = GV_ADD(GV_SET((float)(x0 + p)), GV_MUL(GTAOI_NAME(gtaoi_iota)(), GV_SET((float)period)));
+                px.y = GV_SET((float)y);
+                solid = GM_AND(inside, GV_LT(GV_SET(GTAOI_SKY_LIMIT), px.w0));
+                active = GM_AND(solid, GV_LT(zero, want));
+                if (c->orthographic) {
+                    px.rx = px.ry = zero, px.len = px.inv_len = one;
+                    px.extent = GV_SET(c->extent);
+                } else {
+                    px.rx = GV_MUL(GV_SUB(GV_ADD(px.x, GV_SET(0.5f)), GV_SET(c->cx)), GV_SET(c->bx1));
+                    px.ry = ry;
+                    rr = GV_ADD(GV_ADD(GV_MUL(px.rx, px.rx), GV_MUL(ry, ry)), one);
+                    px.len = GV_SQRT(rr), px.inv_len = GV_DIV(one, px.len);
+                    px.w0 = GV_SELECT(solid, px.w0, one);
+                    px.extent = c->bounded ? GV_MUL(px.w0, px.len) : GV_SET(c->extent_max);
+                }
+                stats->pixels += (uint64_t)gtaoi_popcount(GM_BITS(inside));
+                stats->sky += (uint64_t)gtaoi_popcount(GM_BITS(GM_ANDNOT(inside, solid)));
+                stats->masked += (uint64_t)gtaoi_popcount(GM_BITS(GM_ANDNOT(solid, active)));
+                stats->small_radius += (uint64_t)gtaoi_popcount(GM_BITS(GM_AND(active, GV_LT(px.extent, GV_SET(c->extent_min)))));
+                active = GM_AND(active, GV_LE(GV_SET(c->extent_min), px.extent));
+
+                if (c->bent || GM_ANY(active)) {
+                    if (normals) GTAOI_NAME(gtaoi_load_normals)(c, &px, n[0] + p * GTAOI_W, n[1] + p * GTAOI_W, n[2] + p * GTAOI_W);
+                    else px.nx = px.ny = px.nz = zero;
+                    missing = GM_AND(GM_AND(GV_EQ(px.nx, zero), GV_EQ(px.ny, zero)), GV_EQ(px.nz, zero));
+                    if (GM_ANY(GM_AND(missing, solid))) {
+                        stats->derived_normals += (uint64_t)gtaoi_popcount(GM_BITS(GM_AND(missing, active)));
+                        GTAOI_NAME(gtaoi_derive_normals)(c, &px, at, p, y, GM_AND(missing, solid));
+                    }
+                    missing = GM_ANDNOT(missing, solid); /* sky without a normal: towards the eye */
+                    px.nx = GV_SELECT(missing, GV_SUB(zero, GV_MUL(px.rx, px.inv_len)), px.nx);
+                    px.ny = GV_SELECT(missing, GV_SUB(zero, GV_MUL(px.ry, px.inv_len)), px.ny);
+                    px.nz = GV_SELECT(missing, GV_SUB(zero, px.inv_len), px.nz);
+                }
+                if (GM_ANY(active)) {
+                    GTAOI_NAME(gtaoi_face)(c, &px);
+                    GTAOI_NAME(gtaoi_slices)(c, &px, at, x0 + p, y, active, &visible, stats);
+                }
+                GV_STORE(lane_v, visible);
+                for (i = 0; i < GTAOI_W; i++) v[i * period + p] = lane_v[i];
+                if (c->bent) {
+                    GV_STORE(lane_x, px.nx);
+                    GV_STORE(lane_y, px.ny);
+                    GV_STORE(lane_z, px.nz);
+                    for (i = 0; i < GTAOI_W; i++) {
+                        int to = i * period + p;
+                        bx[to] = lane_x[i], by[to] = lane_y[i], bz[to] = lane_z[i];
+                    }
+                }
+            }
+            gtaoi_store(c, x0, y, count, v, bx, by, bz);
+        }
+    }
+}
+
+#undef GTAOI_FN
+#undef GTAOI_FI
+#undef V
+#undef M
+#undef PIXEL
+#undef SLICE
+#undef HORIZONS
+#undef SUM
+#undef GV_SET
+#undef GV_LOAD
+#undef GV_STORE
+#undef GV_ADD
+#undef GV_SUB
+#undef GV_MUL
+#undef GV_DIV
+#undef GV_SQRT
+#undef GV_MIN
+#undef GV_MAX
+#undef GV_ABS
+#undef GV_LT
+#undef GV_LE
+#undef GV_EQ
+#undef GV_IF
+#undef GV_SELECT
+#undef GM_AND
+#undef GM_OR
+#undef GM_ANDNOT
+#undef GM_BITS
+#undef GM_ANY
+#undef GV_CLASS
+#undef GTAOI_W
+#undef GTAOI_NAME
+#undef GTAOI_ATTRIBUTE
+
 #endif /* GTAOI_W */
