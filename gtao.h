@@ -703,7 +703,7 @@ struct gtao_context {
     float z_sky;                  /* z at or beyond is sky */
     float to_view[9];             /* normal_axes * normal_to_view */
     int transform_normals;
-    float *w;                     /* row -1 .. height, then one row of sky */
+    float *w;                     /* height buffer at row 0 of rows -2 .. height + 1; the first and last are sky */
     ptrdiff_t pitch;              /* floats from row to row */
     int segment;                  /* floats of one phase's part of a row, with its padding */
     int per_segment;              /* pixels of it */
@@ -803,7 +803,7 @@ static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) 
 static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
     float f_max, f_min, b_ratio;
     double diagonal = sqrt((double)d->width * (double)d->width + (double)d->height * (double)d->height);
-    size_t phases, rows = (size_t)d->height + 3;
+    size_t phases, rows = (size_t)d->height + 4;
     memset(l, 0, sizeof *l);
     l->slices = d->slices ? d->slices : gtaoi_presets[d->preset].slices;
     l->max_steps = d->steps ? d->steps : gtaoi_presets[d->preset].steps;
@@ -1126,8 +1126,9 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
 
     gtaoi_fill_tables(c, &l);
     if (c->per_pixel_noise) gtaoi_fill_noise(c);
-    gtaoi_fill_sky(c->w + (ptrdiff_t)(desc->height + 2) * c->pitch, c->pitch);
-    c->w += c->pitch; /* row 0 */
+    c->w += 2 * c->pitch;
+    gtaoi_fill_sky(c->w - 2 * c->pitch, c->pitch);
+    gtaoi_fill_sky(c->w + (ptrdiff_t)(desc->height + 1) * c->pitch, c->pitch);
     return GTAO_OK;
 }
 
@@ -1217,12 +1218,13 @@ static int gtaoi_popcount(unsigned m) {
 }
 
 /* Leading samples, out of n, on the side of `sign` for which a group at x0 .. x1, y is still over the image (their
- * offsets grow with the index). */
+ * offsets grow with the index); second taps count where what lies outside is known to be sky. */
 static int gtaoi_reach(const gtao_context *c, const gtaoi_sample *s, int n, int sign, int x0, int x1, int y) {
-    int lo = 0, hi = n;
+    int lo = 0, hi = n, margin = c->every_pixel && c->d.border == GTAO_BORDER_OPEN;
     while (lo < hi) {
         int mid = hi == n ? n - 1 : (lo + hi) / 2, qx = sign * s[mid].qx, qy = sign * s[mid].qy;
-        if (y + qy >= 0 && y + qy < c->d.height && x0 + qx < c->d.width && x1 + qx >= 0) lo = mid + 1;
+        if (y + qy >= -margin && y + qy < c->d.height + margin && x0 + qx < c->d.width + margin && x1 + qx >= -margin)
+            lo = mid + 1;
         else hi = mid;
     }
     return lo;
@@ -1631,11 +1633,14 @@ GTAOI_FI void GTAOI_NAME(gtaoi_rise)(const gtao_context *c, HORIZONS *s, int sid
     }
 }
 
-/* Height of a sample between two pixels: linear within one surface, the nearer pixel across an edge. */
-GTAOI_FI V GTAOI_NAME(gtaoi_between)(const gtao_context *c, V a, V b, V fraction, int orthographic) {
+/* Height of a sample between two pixels: linear within one surface; across an edge the nearer pixel, moved onto the
+ * slice's line along the receiver's tangent plane (g_across: its gradient from a to b). */
+GTAOI_FI V GTAOI_NAME(gtaoi_between)(const gtao_context *c, V a, V b, V fraction, V g_across, int orthographic) {
     GTAOI_NO_CONTRACT
-    V step = GV_SUB(b, a), limit = GV_SET(c->same_surface);
-    V nearest = GV_SELECT(GV_LT(fraction, GV_SET(0.5f)), a, b);
+    V step = GV_SUB(b, a), limit = GV_SET(c->same_surface), nearest;
+    M near_a = GV_LT(fraction, GV_SET(0.5f));
+    nearest = GV_ADD(GV_SELECT(near_a, a, b),
+                     GV_MUL(GV_SUB(fraction, GV_SELECT(near_a, GV_SET(0.0f), GV_SET(1.0f))), g_across));
     if (!orthographic) limit = GV_MUL(limit, GV_MIN(GV_ABS(a), GV_ABS(b)));
     return GV_SELECT(GV_LE(GV_ABS(step), limit), GV_ADD(a, GV_MUL(fraction, step)), nearest);
 }
@@ -1643,10 +1648,10 @@ GTAOI_FI V GTAOI_NAME(gtaoi_between)(const gtao_context *c, V a, V b, V fraction
 
 /* One sample on one side, from the taps of the table. */
 GTAOI_FI void GTAOI_NAME(gtaoi_visit)(const gtao_context *c, HORIZONS *s, int side, const float *at,
-                                      const gtaoi_sample *q, V inv, V base, V fraction, int orthographic, int bounded,
-                                      int ring, int taps) {
+                                      const gtaoi_sample *q, V inv, V base, V fraction, V g_across, int orthographic,
+                                      int bounded, int ring, int taps) {
     V w = GV_LOAD(at + q->offset[side]);
-    if (taps) w = GTAOI_NAME(gtaoi_between)(c, w, GV_LOAD(at + q->offset[side + 2]), fraction, orthographic);
+    if (taps) w = GTAOI_NAME(gtaoi_between)(c, w, GV_LOAD(at + q->offset[side + 2]), fraction, g_across, orthographic);
     GTAOI_NAME(gtaoi_rise)(c, s, side, w, inv, base, orthographic, bounded, ring);
 }
 
@@ -1657,25 +1662,26 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const PIXEL *p, con
     GTAOI_NO_CONTRACT
     HORIZONS s = *horizons;
     int j, both = gtaoi_imin(n0, n1);
-    V tangent = GV_ADD(GV_MUL(p->gx, f->dx), GV_MUL(p->gy, f->dy)), fraction = tangent;
+    V tangent = GV_ADD(GV_MUL(p->gx, f->dx), GV_MUL(p->gy, f->dy)), fraction = tangent, across = tangent, back = tangent;
+    if (taps) across = GV_SELECT(GV_LE(GV_ABS(f->dy), GV_ABS(f->dx)), p->gy, p->gx), back = GV_SUB(GV_SET(0.0f), across);
     for (j = 0; j < both; j++, q++) {
         V inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
         if (taps) fraction = GV_SET(q->ux);
         else tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
-        GTAOI_NAME(gtaoi_visit)(c, &s, 0, at, q, inv, GV_ADD(base, tangent), fraction, orthographic, bounded, ring, taps);
-        GTAOI_NAME(gtaoi_visit)(c, &s, 1, at, q, inv, GV_SUB(base, tangent), fraction, orthographic, bounded, ring, taps);
+        GTAOI_NAME(gtaoi_visit)(c, &s, 0, at, q, inv, GV_ADD(base, tangent), fraction, across, orthographic, bounded, ring, taps);
+        GTAOI_NAME(gtaoi_visit)(c, &s, 1, at, q, inv, GV_SUB(base, tangent), fraction, back, orthographic, bounded, ring, taps);
     }
     for (; j < n0; j++, q++) {
         V inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
         if (taps) fraction = GV_SET(q->ux);
         else tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
-        GTAOI_NAME(gtaoi_visit)(c, &s, 0, at, q, inv, GV_ADD(base, tangent), fraction, orthographic, bounded, ring, taps);
+        GTAOI_NAME(gtaoi_visit)(c, &s, 0, at, q, inv, GV_ADD(base, tangent), fraction, across, orthographic, bounded, ring, taps);
     }
     for (; j < n1; j++, q++) {
         V inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
         if (taps) fraction = GV_SET(q->ux);
         else tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
-        GTAOI_NAME(gtaoi_visit)(c, &s, 1, at, q, inv, GV_SUB(base, tangent), fraction, orthographic, bounded, ring, taps);
+        GTAOI_NAME(gtaoi_visit)(c, &s, 1, at, q, inv, GV_SUB(base, tangent), fraction, back, orthographic, bounded, ring, taps);
     }
     *horizons = s;
 }
@@ -1728,7 +1734,9 @@ GTAOI_FN void GTAOI_NAME(gtaoi_march_cosines)(const gtao_context *c, const PIXEL
         for (j = 0; j < (side ? n1 : n0); j++) {
             V w = GV_LOAD(at + q[j].offset[side]), inv = GV_SET(q[j].inv_length), ux = GV_SET(q[j].ux), uy = GV_SET(q[j].uy);
             if (c->every_pixel) {
-                w = GTAOI_NAME(gtaoi_between)(c, w, GV_LOAD(at + q[j].offset[side + 2]), ux, c->orthographic);
+                V across = GV_SELECT(GV_LE(GV_ABS(f->dy), GV_ABS(f->dx)), p->gy, p->gx);
+                if (side) across = GV_SUB(GV_SET(0.0f), across);
+                w = GTAOI_NAME(gtaoi_between)(c, w, GV_LOAD(at + q[j].offset[side + 2]), ux, across, c->orthographic);
                 ux = f->dx, uy = f->dy;
             }
             if (side) ux = GV_SUB(GV_SET(0.0f), ux), uy = GV_SUB(GV_SET(0.0f), uy);
@@ -1875,7 +1883,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const PIXEL 
             if (taps) {
                 V step = side ? GV_SET(-1.0f) : one;
                 V bx = GV_SELECT(along_x, x, GV_ADD(x, step)), by = GV_SELECT(along_x, GV_ADD(y, step), y);
-                w = GTAOI_NAME(gtaoi_between)(c, w, GTAOI_NAME(gtaoi_fetch)(c, bx, by), fraction, c->orthographic);
+                V across = GV_MUL(step, GV_SELECT(along_x, p->gy, p->gx));
+                w = GTAOI_NAME(gtaoi_between)(c, w, GTAOI_NAME(gtaoi_fetch)(c, bx, by), fraction, across, c->orthographic);
                 ux = f->dx, uy = f->dy;
             }
             if (side) ux = GV_SUB(zero, ux), uy = GV_SUB(zero, uy);
