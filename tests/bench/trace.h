@@ -1,0 +1,36 @@
+/* Ray-traced ground truth through Embree 3. Everything in view space, so a pixel's point is z r as in view.h. */
+#ifndef BENCH_TRACE_H
+#define BENCH_TRACE_H
+
+#include "scene.h"
+#include "view.h"
+
+typedef struct trace trace;
+
+/* Null (and a printed reason) if Embree fails. */
+trace *trace_open(const scene *s);
+void trace_close(trace *t);
+
+/* Depth and geometric normal at the pixel centres of rows [row_begin, row_end). Faces are two-sided; the normal is the
+ * one towards the eye. Sky: z = VIEW_SKY, normal towards the eye. */
+void trace_primary_rows(const trace *t, const scene_camera *camera, float *z, float *normals, int row_begin,
+                        int row_end);
+
+/* Visibility by `strata` x `strata` rays a pixel, cosine-distributed about the normal and of length R = v->radius. A hit
+ * at distance d occludes by saturate((R - d) / (f R)), f = v->falloff; f = 0: by 1. This weights each ray by its own
+ * hit, while [J16]'s attenuation weights a sample's horizon and so everything below it: the two agree for f = 0 and
+ * differ by up to about f / 2 of the occlusion otherwise. */
+void trace_visibility_rows(const trace *t, const view *v, int strata, float *visibility, int row_begin, int row_end);
+
+/* As a renderer would do it: `rays` a pixel (a power of two up to 256), a low-discrepancy set rotated per pixel by
+ * noise. Falloff as above. */
+void trace_few_rows(const trace *t, const view *v, int rays, float *visibility, int row_begin, int row_end);
+
+/* Light of a white dome after diffuse reflections among surfaces within the radius of one another:
+ * L = mean over cosine-distributed rays of (miss ? 1 : albedo * L at the hit). A path that escapes after k hits carries
+ * albedo^k, so the light at every albedo is the polynomial sum_k escaped[k] albedo^k. Per pixel bounces + 1 shares, of
+ * which escaped[0] is the visibility; the last one holds all paths with `bounces` hits or more. */
+void trace_bounce_rows(const trace *t, const view *v, int strata, int bounces, float *escaped, int row_begin,
+                       int row_end);
+
+#endif
