@@ -365,6 +365,7 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #define GTAOI_KAPPA_LIMIT 1099511627776.0f  /* 2^40: cotangent of a horizon, so that products stay finite */
 #define GTAOI_FACING_MIN 1e-4f              /* least n.v: a normal that faces away is tilted to the silhouette */
 #define GTAOI_CLASS_SHIFT 20                /* radius classes: exponent and 3 bits of mantissa, 8 an octave */
+#define GTAOI_CLASS_MASK 0xfff00000u
 #define GTAOI_MAX_CLASSES 160
 #define GTAOI_PAD 20                        /* floats beside each row segment: one group of 16 and a few taps */
 #define GTAOI_LANES 16                      /* widest group */
@@ -676,6 +677,7 @@ typedef struct gtaoi_slice {
     float dx, dy; /* unit screen direction */
     float bx, by; /* the same in units of the ray r: (dx / fx, dy / fy), or (dx, dy sy / sx) orthographic */
     float bb;     /* |b|^2 */
+    int x_major;  /* |dx| >= |dy| */
 } gtaoi_slice;
 
 struct gtao_context {
@@ -872,6 +874,10 @@ static void gtaoi_sample_offsets(const gtao_context *c, gtaoi_sample *s, int pha
 /* Round half away from zero, so that both sides of a slice and mirrored slices are treated alike. */
 static int gtaoi_round(double x) { return x < 0.0 ? -(int)(0.5 - x) : (int)(x + 0.5); }
 
+static int gtaoi_class(const gtao_context *c, float extent) {
+    return gtaoi_imin(gtaoi_imax((int)(gtaoi_bits(extent) >> GTAOI_CLASS_SHIFT) - (int)c->class_base, 0), c->classes - 1);
+}
+
 /* Upper edge of a class's extents, in pixels along a direction with |b| = 1 / px_per_extent. */
 static double gtaoi_class_radius(const gtao_context *c, int k, double px_per_extent, int cap) {
     uint32_t bits = (c->class_base + (uint32_t)k + 1) << GTAOI_CLASS_SHIFT;
@@ -942,6 +948,7 @@ static void gtaoi_fill_tables(gtao_context *c, const gtaoi_layout *l) {
                 s->dx = (float)dx, s->dy = (float)dy;
                 s->bx = (float)bx, s->by = (float)by;
                 s->bb = (float)(bx * bx + by * by);
+                s->x_major = (dx < 0.0 ? -dx : dx) >= (dy < 0.0 ? -dy : dy);
                 if (c->per_pixel_noise) continue;
                 if (c->every_pixel) gtaoi_fill_every(c, c->sample + (size_t)index * (size_t)c->max_steps, px, dx, dy, l->max_radius);
                 for (r = 0; r < c->classes; r++) {
@@ -1174,11 +1181,20 @@ static void gtaoi_pad_row(const gtao_context *c, float *row) {
     }
 }
 
-/* Visibility and bent normals of n pixels from (x, y) to the caller's buffers. */
-static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float *v, const float *bx, const float *by,
-                        const float *bz) {
+/* Visibility and bent normals of n pixels from (x, y) to the caller's buffers. `lanes` holds planes of v, bx, by, bz,
+ * `stride` floats apart, each phase by phase, `width` pixels a phase. */
+static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float *lanes, int stride, int width) {
     const gtao_output *o = &c->o;
-    int i;
+    float v[4 * GTAOI_LANES], bx[4 * GTAOI_LANES], by[4 * GTAOI_LANES], bz[4 * GTAOI_LANES];
+    int i, p, at;
+    for (p = 0; p < c->period; p++) {
+        const float *from = lanes + p * width;
+        for (i = 0, at = p; i < width; i++, at += c->period) v[at] = from[i];
+        if (!c->bent) continue;
+        for (i = 0, at = p; i < width; i++, at += c->period) {
+            bx[at] = from[stride + i], by[at] = from[2 * stride + i], bz[at] = from[3 * stride + i];
+        }
+    }
     if (o->visibility) {
         char *row = (char *)o->visibility + (ptrdiff_t)y * o->visibility_stride;
         if (o->visibility_format == GTAO_FORMAT_FLOAT) {
@@ -1211,10 +1227,11 @@ static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float 
     }
 }
 
-static int gtaoi_popcount(unsigned m) {
-    int n = 0;
-    for (; m; m &= m - 1) n++;
-    return n;
+GTAOI_INLINE int gtaoi_popcount(unsigned m) { /* of 16 bits */
+    m = (m & 0x5555u) + (m >> 1 & 0x5555u);
+    m = (m & 0x3333u) + (m >> 2 & 0x3333u);
+    m = (m & 0x0f0fu) + (m >> 4 & 0x0f0fu);
+    return (int)((m & 31u) + (m >> 8));
 }
 
 /* Leading samples, out of n, on the side of `sign` for which a group at x0 .. x1, y is still over the image (their
@@ -1347,6 +1364,7 @@ GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *outp
 
 #define GTAOI_FN static GTAOI_ATTRIBUTE
 #define GTAOI_FI GTAOI_INLINE GTAOI_ATTRIBUTE
+#define GTAOI_ALL ((1u << GTAOI_W) - 1u)
 
 #define V GTAOI_NAME(gtaoi_v)
 #define M GTAOI_NAME(gtaoi_m)
@@ -1378,7 +1396,7 @@ typedef int M;
 #define GM_ANDNOT(a, b) ((a) & !(b)) /* a and not b */
 #define GM_BITS(m) ((unsigned)(m))
 #define GM_ANY(m) (m)
-#define GV_CLASS(p, a) (*(p) = (int32_t)(gtaoi_bits(a) >> GTAOI_CLASS_SHIFT)) /* bits of a, shifted, to int32 p[] */
+#define GV_CLASS(a) gtaoi_from_bits(gtaoi_bits(a) & GTAOI_CLASS_MASK) /* a, its mantissa cut */
 
 #elif GTAOI_W == 4 && GTAOI_X86
 typedef __m128 V;
@@ -1404,7 +1422,7 @@ typedef __m128 M;
 #define GM_ANDNOT(a, b) _mm_andnot_ps(b, a)
 #define GM_BITS(m) ((unsigned)_mm_movemask_ps(m))
 #define GM_ANY(m) (_mm_movemask_ps(m) != 0)
-#define GV_CLASS(p, a) _mm_storeu_si128((__m128i *)(void *)(p), _mm_srli_epi32(_mm_castps_si128(a), GTAOI_CLASS_SHIFT))
+#define GV_CLASS(a) _mm_and_ps(a, _mm_castsi128_ps(_mm_set1_epi32((int)GTAOI_CLASS_MASK)))
 
 #elif GTAOI_W == 4
 typedef float32x4_t V;
@@ -1430,7 +1448,7 @@ typedef uint32x4_t M;
 #define GM_ANDNOT(a, b) vbicq_u32(a, b)
 #define GM_BITS(m) gtaoi_neon_bits(m)
 #define GM_ANY(m) (vmaxvq_u32(m) != 0)
-#define GV_CLASS(p, a) vst1q_s32(p, vreinterpretq_s32_u32(vshrq_n_u32(vreinterpretq_u32_f32(a), GTAOI_CLASS_SHIFT)))
+#define GV_CLASS(a) vreinterpretq_f32_u32(vandq_u32(vreinterpretq_u32_f32(a), vdupq_n_u32(GTAOI_CLASS_MASK)))
 GTAOI_INLINE unsigned gtaoi_neon_bits(uint32x4_t m) {
     static const uint32_t weight[4] = {1, 2, 4, 8};
     return vaddvq_u32(vandq_u32(m, vld1q_u32(weight)));
@@ -1460,8 +1478,7 @@ typedef __m256 M;
 #define GM_ANDNOT(a, b) _mm256_andnot_ps(b, a)
 #define GM_BITS(m) ((unsigned)_mm256_movemask_ps(m))
 #define GM_ANY(m) (_mm256_movemask_ps(m) != 0)
-#define GV_CLASS(p, a)                                                                                                 \
-    _mm256_storeu_si256((__m256i *)(void *)(p), _mm256_srli_epi32(_mm256_castps_si256(a), GTAOI_CLASS_SHIFT))
+#define GV_CLASS(a) _mm256_and_ps(a, _mm256_castsi256_ps(_mm256_set1_epi32((int)GTAOI_CLASS_MASK)))
 
 #elif GTAOI_W == 16
 typedef __m512 V;
@@ -1487,7 +1504,7 @@ typedef __mmask16 M;
 #define GM_ANDNOT(a, b) ((__mmask16)((a) & ~(b)))
 #define GM_BITS(m) ((unsigned)(m))
 #define GM_ANY(m) ((m) != 0)
-#define GV_CLASS(p, a) _mm512_storeu_si512((void *)(p), _mm512_srli_epi32(_mm512_castps_si512(a), GTAOI_CLASS_SHIFT))
+#define GV_CLASS(a) _mm512_and_ps(a, _mm512_castsi512_ps(_mm512_set1_epi32((int)GTAOI_CLASS_MASK)))
 #endif
 
 /* Lane indices, and mask bits back to a mask. */
@@ -1763,59 +1780,64 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const PIXEL *p, co
 #undef GTAOI_MARCH
 }
 
-/* Search one slice of a group whose lanes share directions: lanes by radius class, samples by what is over the image. */
+/* One list of samples: the part of it, from `begin`, that is over the image. */
+GTAOI_FI void GTAOI_NAME(gtaoi_search_list)(const gtao_context *c, const PIXEL *p, const SLICE *f, HORIZONS *s,
+                                            const float *at, int index, const gtaoi_sample *q, int begin, int n, int x,
+                                            int y) {
+    int n0 = gtaoi_reach(c, q, n, 1, x, x + (GTAOI_W - 1) * c->period, y);
+    int n1 = gtaoi_reach(c, q, n, -1, x, x + (GTAOI_W - 1) * c->period, y);
+    if (c->d.border == GTAO_BORDER_OPEN || (n0 == n && n1 == n)) {
+        GTAOI_NAME(gtaoi_search)(c, p, f, s, at, q + begin, gtaoi_imax(n0 - begin, 0), gtaoi_imax(n1 - begin, 0));
+    } else {
+        gtaoi_sample moved[GTAOI_CHUNK];
+        int m, second_along_x = c->slice[index].x_major == 0;
+        for (; begin < n; begin += m) {
+            m = gtaoi_imin(n - begin, GTAOI_CHUNK);
+            gtaoi_remap(c, q + begin, m, x, y, second_along_x, moved);
+            GTAOI_NAME(gtaoi_search)(c, p, f, s, at, moved, m, m);
+        }
+    }
+}
+
+/* Lane of the first set bit. */
+GTAOI_FI int GTAOI_NAME(gtaoi_first)(unsigned bits) {
+    int lane = 0;
+    while (!(bits >> lane & 1)) lane++;
+    return lane;
+}
+
+/* Search one slice of a group whose lanes share directions: lanes by radius class. `key` holds the classes' bits. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const PIXEL *p, const SLICE *f, HORIZONS *s,
-                                             const float *at, int index, const int32_t *classes, unsigned active, int x,
+                                             const float *at, int index, V key, const float *keys, M active, int x,
                                              int y, gtao_stats *stats) {
     const int *count = c->count + (size_t)index * (size_t)c->classes;
-    int begin = 0, i, x1 = x + (GTAOI_W - 1) * c->period;
-    while (active) {
-        float selected[GTAOI_W];
-        const gtaoi_sample *q;
-        unsigned group = 0;
-        int n = INT32_MAX, n0, n1, k = 0, lanes = 0;
+    int begin = 0, i, n;
+    while (GM_ANY(active)) {
+        unsigned bits = GM_BITS(active);
+        int first = GTAOI_NAME(gtaoi_first)(bits), k = gtaoi_class(c, keys[first]);
         HORIZONS found = *s;
-        M chosen;
-        if (c->every_pixel) { /* one list for all: up to the nearest end, then on with the others */
-            for (i = 0; i < GTAOI_W; i++)
-                if (active >> i & 1) n = gtaoi_imin(n, count[classes[i]]);
-            for (i = 0; i < GTAOI_W; i++)
-                if ((active >> i & 1) && count[classes[i]] == n) group |= 1u << i;
+        M lanes = GM_AND(active, GV_EQ(key, GV_SET(keys[first]))), chosen = lanes;
+        const gtaoi_sample *q;
+        n = count[k];
+        if (c->every_pixel) {
+            /* One list for all, so all go on together up to the nearest end. */
             q = c->sample + (size_t)index * (size_t)c->max_steps;
-        } else { /* a list for each class */
-            for (k = 0; !(active >> k & 1);) k++;
-            k = classes[k];
-            for (i = 0; i < GTAOI_W; i++)
-                if ((active >> i & 1) && classes[i] == k) group |= 1u << i;
-            n = count[k];
+            for (i = first + 1; i < GTAOI_W; i++) {
+                if (!(bits >> i & 1) || count[gtaoi_class(c, keys[i])] >= n) continue;
+                n = count[gtaoi_class(c, keys[i])];
+                lanes = GM_AND(active, GV_EQ(key, GV_SET(keys[i])));
+            }
+            chosen = active;
+        } else {
             q = c->sample + ((size_t)index * (size_t)c->classes + (size_t)k) * (size_t)c->max_steps;
         }
-        n0 = gtaoi_reach(c, q, n, 1, x, x1, y);
-        n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
-        if (c->d.border == GTAO_BORDER_OPEN || (n0 == n && n1 == n)) {
-            GTAOI_NAME(gtaoi_search)(c, p, f, &found, at, q + begin, gtaoi_imax(n0 - begin, 0), gtaoi_imax(n1 - begin, 0));
-        } else {
-            gtaoi_sample moved[GTAOI_CHUNK];
-            int from, m, second_along_x = (c->slice[index].dx < 0.0f ? -c->slice[index].dx : c->slice[index].dx) <
-                                          (c->slice[index].dy < 0.0f ? -c->slice[index].dy : c->slice[index].dy);
-            for (from = begin; from < n; from += m) {
-                m = gtaoi_imin(n - from, GTAOI_CHUNK);
-                gtaoi_remap(c, q + from, m, x, y, second_along_x, moved);
-                GTAOI_NAME(gtaoi_search)(c, p, f, &found, at, moved, m, m);
-            }
-        }
-        for (i = 0; i < GTAOI_W; i++) {
-            unsigned bits = c->every_pixel ? active : group;
-            selected[i] = (float)(bits >> i & 1);
-            lanes += (int)(bits >> i & 1);
-        }
-        chosen = GV_LT(GV_SET(0.0f), GV_LOAD(selected));
+        GTAOI_NAME(gtaoi_search_list)(c, p, f, &found, at, index, q, begin, n, x, y);
         for (i = 0; i < 2; i++) {
             s->rise[i] = GV_SELECT(chosen, found.rise[i], s->rise[i]);
             s->cosine[i] = GV_SELECT(chosen, found.cosine[i], s->cosine[i]);
         }
-        stats->samples += (uint64_t)lanes * (uint64_t)(gtaoi_imax(n0 - begin, 0) + gtaoi_imax(n1 - begin, 0));
-        active &= ~group;
+        stats->samples += (uint64_t)(2 * (n - begin) * gtaoi_popcount(GM_BITS(chosen)));
+        active = GM_ANDNOT(active, lanes);
         if (c->every_pixel) begin = n;
     }
 }
@@ -2118,7 +2140,8 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slices)(const gtao_context *c, PIXEL *p, const fl
     const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
     int phase = (y & (c->period - 1)) * c->period + (x & (c->period - 1)), k, cosine_weighted = c->d.weighting == GTAO_WEIGHTING_COSINE;
     V kappa_scale = c->orthographic ? one : GV_DIV(p->len, p->w0), direction = zero, offset = zero, visible, open;
-    int32_t classes[GTAOI_W] = {0};
+    V key = zero;
+    float keys[GTAOI_W] = {0};
     SUM sum;
     M good;
     sum.visible = sum.open = sum.bx = sum.by = sum.bz = sum.bv = zero;
@@ -2127,8 +2150,8 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slices)(const gtao_context *c, PIXEL *p, const fl
         direction = GV_LOAD(noise), offset = GV_LOAD(noise + 64 + GTAOI_LANES);
     } else {
         V extent = GV_MIN(GV_MAX(p->extent, GV_SET(c->extent_min)), GV_SET(c->extent_max));
-        GV_CLASS(classes, extent);
-        for (k = 0; k < GTAOI_W; k++) classes[k] = gtaoi_imin(gtaoi_imax(classes[k] - (int32_t)c->class_base, 0), c->classes - 1);
+        key = GV_CLASS(extent);
+        GV_STORE(keys, key);
     }
     for (k = 0; k < c->slices; k++) {
         int index = phase * c->slices + k;
@@ -2175,7 +2198,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slices)(const gtao_context *c, PIXEL *p, const fl
             s.cosine[0] = s.cos_tangent = GV_SUB(zero, s.cosine[1]);
         }
         if (c->per_pixel_noise) GTAOI_NAME(gtaoi_search_noise)(c, p, &f, &s, offset, stats);
-        else GTAOI_NAME(gtaoi_search_table)(c, p, &f, &s, at, index, classes, GM_BITS(active), x, y, stats);
+        else GTAOI_NAME(gtaoi_search_table)(c, p, &f, &s, at, index, key, keys, active, x, y, stats);
         GTAOI_NAME(gtaoi_integrate)(c, p, &f, &s, no, q, inv_perp, &sum);
     }
     open = sum.open;
@@ -2215,28 +2238,26 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
         const float *row = gtaoi_row(c, y);
         V ry = GV_SET(c->orthographic ? 0.0f : ((float)y + 0.5f - c->cy) * c->by1);
         for (x0 = 0; x0 < d->width; x0 += span) {
-            float n[3][BLOCK], wanted[BLOCK], v[BLOCK], bx[BLOCK], by[BLOCK], bz[BLOCK];
-            int count = gtaoi_imin(span, d->width - x0);
-            for (i = 0; i < count; i++) wanted[i % period * GTAOI_W + i / period] = mask ? (float)mask[x0 + i] : 1.0f;
-            for (; i < span; i++) wanted[i % period * GTAOI_W + i / period] = -1.0f;
+            float n[3][BLOCK], wanted[BLOCK], lanes[4][BLOCK];
+            int count = gtaoi_imin(span, d->width - x0), j;
+            if (mask || count < span) {
+                for (p = 0; p < period; p++)
+                    for (i = 0, j = p; i < GTAOI_W; i++, j += period)
+                        wanted[p * GTAOI_W + i] = j >= count ? -1.0f : mask ? (float)mask[x0 + j] : 1.0f;
+            }
             if (normals) {
                 const float *from = (const float *)(const void *)normals + (ptrdiff_t)x0 * components;
-                for (i = 0; i < span; i++) {
-                    int at = i % period * GTAOI_W + i / period;
-                    if (i >= count) {
-                        n[0][at] = n[1][at] = n[2][at] = 0.0f;
-                        continue;
+                for (p = 0; p < period; p++)
+                    for (i = 0, j = p; i < GTAOI_W; i++, j += period) {
+                        const float *pixel = from + gtaoi_imin(j, count - 1) * components;
+                        n[0][p * GTAOI_W + i] = pixel[0], n[1][p * GTAOI_W + i] = pixel[1], n[2][p * GTAOI_W + i] = pixel[2];
                     }
-                    n[0][at] = from[0], n[1][at] = from[1], n[2][at] = from[2];
-                    from += components;
-                }
             }
             for (p = 0; p < period; p++) {
                 const float *at = row + (ptrdiff_t)p * c->segment + GTAOI_PAD + x0 / period;
-                float lane_v[GTAOI_W], lane_x[GTAOI_W], lane_y[GTAOI_W], lane_z[GTAOI_W];
                 PIXEL px;
-                V want = GV_LOAD(wanted + p * GTAOI_W), visible = one, rr;
-                M inside = GV_LE(zero, want), solid, active, missing;
+                V want = mask || count < span ? GV_LOAD(wanted + p * GTAOI_W) : one, visible = one, rr;
+                M inside = GV_LE(zero, want), solid, active, missing, near_enough;
                 px.w0 = GV_LOAD(at);
                 px.x = GV_ADD(GV_SET((float)(x0 + p)), GV_MUL(GTAOI_NAME(gtaoi_iota)(), GV_SET((float)period)));
                 px.y = GV_SET((float)y);
@@ -2253,15 +2274,18 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                     px.w0 = GV_SELECT(solid, px.w0, one);
                     px.extent = c->bounded ? GV_MUL(px.w0, px.len) : GV_SET(c->extent_max);
                 }
-                stats->pixels += (uint64_t)gtaoi_popcount(GM_BITS(inside));
-                stats->sky += (uint64_t)gtaoi_popcount(GM_BITS(GM_ANDNOT(inside, solid)));
-                stats->masked += (uint64_t)gtaoi_popcount(GM_BITS(GM_ANDNOT(solid, active)));
-                stats->small_radius += (uint64_t)gtaoi_popcount(GM_BITS(GM_AND(active, GV_LT(px.extent, GV_SET(c->extent_min)))));
-                active = GM_AND(active, GV_LE(GV_SET(c->extent_min), px.extent));
+                if (GM_BITS(active) != GTAOI_ALL) {
+                    stats->sky += (uint64_t)gtaoi_popcount(GM_BITS(GM_ANDNOT(inside, solid)));
+                    stats->masked += (uint64_t)gtaoi_popcount(GM_BITS(GM_ANDNOT(solid, active)));
+                }
+                near_enough = GV_LE(GV_SET(c->extent_min), px.extent);
+                if (GM_BITS(near_enough) != GTAOI_ALL)
+                    stats->small_radius += (uint64_t)gtaoi_popcount(GM_BITS(GM_ANDNOT(active, near_enough)));
+                active = GM_AND(active, near_enough);
 
+                px.nx = px.ny = px.nz = zero;
                 if (c->bent || GM_ANY(active)) {
                     if (normals) GTAOI_NAME(gtaoi_load_normals)(c, &px, n[0] + p * GTAOI_W, n[1] + p * GTAOI_W, n[2] + p * GTAOI_W);
-                    else px.nx = px.ny = px.nz = zero;
                     missing = GM_AND(GM_AND(GV_EQ(px.nx, zero), GV_EQ(px.ny, zero)), GV_EQ(px.nz, zero));
                     if (GM_ANY(GM_AND(missing, solid))) {
                         stats->derived_normals += (uint64_t)gtaoi_popcount(GM_BITS(GM_AND(missing, active)));
@@ -2276,25 +2300,20 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                     GTAOI_NAME(gtaoi_face)(c, &px);
                     GTAOI_NAME(gtaoi_slices)(c, &px, at, x0 + p, y, active, &visible, stats);
                 }
-                GV_STORE(lane_v, visible);
-                for (i = 0; i < GTAOI_W; i++) v[i * period + p] = lane_v[i];
-                if (c->bent) {
-                    GV_STORE(lane_x, px.nx);
-                    GV_STORE(lane_y, px.ny);
-                    GV_STORE(lane_z, px.nz);
-                    for (i = 0; i < GTAOI_W; i++) {
-                        int to = i * period + p;
-                        bx[to] = lane_x[i], by[to] = lane_y[i], bz[to] = lane_z[i];
-                    }
-                }
+                GV_STORE(lanes[0] + p * GTAOI_W, visible);
+                GV_STORE(lanes[1] + p * GTAOI_W, px.nx);
+                GV_STORE(lanes[2] + p * GTAOI_W, px.ny);
+                GV_STORE(lanes[3] + p * GTAOI_W, px.nz);
             }
-            gtaoi_store(c, x0, y, count, v, bx, by, bz);
+            stats->pixels += (uint64_t)count;
+            gtaoi_store(c, x0, y, count, lanes[0], BLOCK, GTAOI_W);
         }
     }
 }
 
 #undef GTAOI_FN
 #undef GTAOI_FI
+#undef GTAOI_ALL
 #undef V
 #undef M
 #undef PIXEL
