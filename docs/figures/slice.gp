@@ -71,7 +71,7 @@ set label 2 "h₁" at h1/deg,0.035 left offset 0.6,0 tc rgb RED front
 set label 3 "cos(θ − n) |sin θ|" at 22,0.715 right tc rgb INK
 set arrow 1 from -h0/deg,0 to -h0/deg,f(-h0) nohead lw 2 lc rgb RED front
 set arrow 2 from h1/deg,0 to h1/deg,f(h1) nohead lw 2 lc rgb RED front
-set label 4 "a(−h₀, n)" at -23,0.15 center tc rgb BLUE front
+set label 4 "a(−h₀, n)" at -25,0.11 center tc rgb BLUE front
 set label 5 "a(h₁, n)" at 36,0.14 center tc rgb BLUE front
 plot sample [-h0/deg:h1/deg] "+" using 1:(f($1*deg)) w filledcurves y1=0 fc rgb PALE fs solid noborder, \
      [-90:120] "+" using 1:(f($1*deg)) w l lw 2.5 lc rgb BLUE
