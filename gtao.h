@@ -363,6 +363,7 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #define GTAOI_W_LIMIT 1048576.0f            /* 2^20: radius / z is held in 2^-20 .. 2^20 */
 #define GTAOI_ORTHO_LIMIT 274877906944.0f   /* 2^38: orthographic heights, in pixels */
 #define GTAOI_KAPPA_LIMIT 1099511627776.0f  /* 2^40: cotangent of a horizon, so that products stay finite */
+#define GTAOI_RISE_MIN 2.44140625e-4f       /* 2^-12: a rise in cot h above the tangent plane that is rounding; 1e-7 in visibility */
 #define GTAOI_FACING_MIN 1e-4f              /* least n.v: a normal that faces away is tilted to the silhouette */
 #define GTAOI_CLASS_SHIFT 20                /* radius classes: exponent and 3 bits of mantissa, 8 an octave */
 #define GTAOI_CLASS_MASK 0xfff00000u
@@ -695,7 +696,7 @@ struct gtao_context {
     float extent;                 /* orthographic: the same everywhere */
     float max_radius;             /* cap in pixels */
     float bx1, by1, cx, cy;       /* r = ((x + 0.5 - cx) bx1, (y + 0.5 - cy) by1, 1); orthographic: (0, 0, 1) */
-    float radius2;                /* (radius / unit)^2 */
+    float reach;                  /* radius / unit */
     float inner2;                 /* (1 - falloff)^2 */
     float inv_falloff;            /* 1 / falloff */
     float same_surface;           /* height difference of one surface, relative (perspective) or absolute */
@@ -1094,7 +1095,7 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
     c->orthographic = cam->projection == GTAO_ORTHOGRAPHIC;
     c->bounded = desc->radius < 1e30f;
     unit = c->orthographic ? cam->sx : c->bounded ? gtaoi_max(desc->radius, 1e-30f) : 1.0f;
-    c->radius2 = (desc->radius / unit) * (desc->radius / unit);
+    c->reach = gtaoi_min(desc->radius / unit, 1e18f); /* its square is finite */
     c->inner2 = (1.0f - desc->falloff) * (1.0f - desc->falloff);
     c->cosines = desc->estimator == GTAO_ESTIMATOR_MEMO || desc->thin_blend > 0.0f;
     c->bent = output->bent_normals || output->packed;
@@ -1611,8 +1612,9 @@ typedef struct SLICE {
 typedef struct HORIZONS {
     V kappa_scale; /* |r0| / (w0 |b_perp|): height per pixel to cot h */
     V kappa_tangent; /* cot of the tangent plane's horizon on the + side: -tan n; the - side's is its negative */
-    V reach;       /* (radius / |b_perp|)^2: t^2 (1 + cot^2 h) <= reach w^2 lies within the radius */
+    V reach;       /* radius / |b_perp|: t^2 (1 + cot^2 h) <= (reach w)^2 lies within the radius */
     V cos_tangent; /* cosine of the tangent plane's horizon on the + side: -sin n; the - side's is its negative */
+    V floor;       /* rises below are rounding, GTAOI_RISE_MIN of cot h */
     V rise[2];     /* largest slope above the tangent plane of full-weight samples, height per pixel; + and - side */
     V cosine[2];   /* largest attenuated cosine of samples in the falloff ring */
 } HORIZONS;
@@ -1621,32 +1623,33 @@ typedef struct HORIZONS {
 GTAOI_FI void GTAOI_NAME(gtaoi_rise)(const gtao_context *c, HORIZONS *s, int side, V w, V inv, V base, int orthographic,
                                      int bounded, int ring) {
     GTAOI_NO_CONTRACT
-    V slope = GV_MUL(w, inv), rise = GV_SUB(slope, base), tangent, kappa, rho, reach;
+    V slope = GV_MUL(w, inv), rise = GV_SUB(slope, base), tangent, kappa, rho, reach, reach2;
     M inside, fading;
     if (!bounded) {
         s->rise[side] = GV_MAX(s->rise[side], rise);
         return;
     }
-    /* distance^2 = t^2 |b_perp|^2 (1 + kappa^2) / w^2 */
+    /* distance^2 = t^2 |b_perp|^2 (1 + kappa^2) / w^2 = (radius / reach)^2 rho, reach = radius w / (t |b_perp|) */
     tangent = side ? GV_SUB(GV_SET(0.0f), s->kappa_tangent) : s->kappa_tangent;
     kappa = GV_ADD(GV_MUL(rise, s->kappa_scale), tangent);
     rho = GV_ADD(GV_MUL(kappa, kappa), GV_SET(1.0f));
-    if (orthographic) slope = inv;
-    reach = GV_MUL(GV_MUL(slope, slope), s->reach);
+    reach = GV_MUL(orthographic ? inv : slope, s->reach);
+    reach2 = GV_MUL(reach, reach);
     if (!ring) {
-        inside = GV_LE(rho, reach);
+        inside = GV_LE(rho, reach2);
         s->rise[side] = GV_MAX(s->rise[side], GV_IF(inside, rise));
         return;
     }
-    inside = GV_LE(rho, GV_MUL(reach, GV_SET(c->inner2)));
+    inside = GV_LE(rho, GV_MUL(reach2, GV_SET(c->inner2)));
     s->rise[side] = GV_MAX(s->rise[side], GV_IF(inside, rise));
-    fading = GM_AND(GM_ANDNOT(GV_LT(rho, reach), inside), GV_LT(s->rise[side], rise));
-    if (GM_ANY(fading)) {
-        V weight = GV_MUL(GV_SUB(GV_SET(1.0f), GV_SQRT(GV_DIV(rho, reach))), GV_SET(c->inv_falloff));
-        V cosine = GV_DIV(kappa, GV_SQRT(rho));
+    fading = GM_AND(GV_LT(rho, reach2), GV_LT(s->rise[side], rise));
+    if (GM_ANY(fading)) { /* distance / radius = rho / (sqrt(rho) reach), cos h = kappa / sqrt(rho) */
+        V both = GV_DIV(GV_SET(1.0f), GV_MUL(GV_SQRT(rho), reach));
+        V weight = GV_MUL(GV_SUB(GV_SET(1.0f), GV_MUL(rho, both)), GV_SET(c->inv_falloff));
+        V cosine = GV_MUL(kappa, GV_MUL(reach, both));
         V start = side ? GV_SUB(GV_SET(0.0f), s->cos_tangent) : s->cos_tangent;
         V faded = GV_ADD(start, GV_MUL(weight, GV_SUB(cosine, start)));
-        s->cosine[side] = GV_SELECT(fading, GV_MAX(faded, s->cosine[side]), s->cosine[side]);
+        s->cosine[side] = GV_MAX(s->cosine[side], GV_SELECT(fading, faded, s->cosine[side]));
     }
 }
 
@@ -1711,9 +1714,10 @@ GTAOI_FI void GTAOI_NAME(gtaoi_cosine)(const gtao_context *c, HORIZONS *s, int s
     V rho = GV_ADD(GV_MUL(kappa, kappa), one), cosine = GV_DIV(kappa, GV_SQRT(rho)), weight = one, faded;
     V start = side ? GV_SUB(zero, s->cos_tangent) : s->cos_tangent;
     if (c->bounded) {
-        M inside = GV_LE(rho, GV_MUL(reach, GV_SET(c->inner2)));
-        weight = GV_MUL(GV_SUB(one, GV_SQRT(GV_DIV(rho, reach))), GV_SET(c->inv_falloff));
-        weight = GV_SELECT(inside, one, GV_IF(GV_LT(rho, reach), GV_MIN(GV_MAX(weight, zero), one)));
+        V reach2 = GV_MUL(reach, reach);
+        M inside = GV_LE(rho, GV_MUL(reach2, GV_SET(c->inner2)));
+        weight = GV_MUL(GV_SUB(one, GV_DIV(GV_SQRT(rho), GV_ABS(reach))), GV_SET(c->inv_falloff));
+        weight = GV_SELECT(inside, one, GV_IF(GV_LT(rho, reach2), GV_MIN(GV_MAX(weight, zero), one)));
     }
     faded = GV_MAX(GV_ADD(start, GV_MUL(weight, GV_SUB(cosine, start))), start);
     s->cosine[side] =
@@ -1733,13 +1737,14 @@ GTAOI_FI void GTAOI_NAME(gtaoi_visit_cosine)(const gtao_context *c, const PIXEL 
         V br = GV_MUL(GV_ADD(GV_MUL(bx, p->rx), GV_MUL(by, p->ry)), p->inv_len);
         V perp2 = GV_SUB(GV_ADD(GV_MUL(bx, bx), GV_MUL(by, by)), GV_MUL(br, br));
         V dv = GV_SUB(GV_MUL(GV_MUL(GV_SUB(w, p->w0), inv), p->len), GV_MUL(w0, br));
-        kappa = GV_DIV(dv, GV_MUL(w0, GV_SQRT(perp2)));
-        reach = GV_DIV(GV_MUL(GV_SET(c->radius2), GV_MUL(slope, slope)), perp2);
+        V perp = GV_SQRT(perp2);
+        kappa = GV_DIV(dv, GV_MUL(w0, perp));
+        reach = GV_DIV(GV_MUL(GV_SET(c->reach), slope), perp);
     } else {
         V tangent = GV_ADD(GV_MUL(p->gx, ux), GV_MUL(p->gy, uy));
         V rise = GV_SUB(GV_MUL(w, inv), GV_ADD(GV_MUL(p->w0, inv), tangent));
         kappa = GV_ADD(GV_MUL(rise, s->kappa_scale), side ? GV_SUB(zero, s->kappa_tangent) : s->kappa_tangent);
-        reach = GV_MUL(GV_MUL(slope, slope), s->reach);
+        reach = GV_MUL(slope, s->reach);
     }
     GTAOI_NAME(gtaoi_cosine)(c, s, side, kappa, reach);
 }
@@ -1960,7 +1965,7 @@ GTAOI_FI V GTAOI_NAME(gtaoi_kappa)(const gtao_context *c, const HORIZONS *s, int
     V tangent = side ? GV_SUB(zero, s->kappa_tangent) : s->kappa_tangent;
     V start = side ? GV_SUB(zero, s->cos_tangent) : s->cos_tangent, cosine = s->cosine[side];
     V kappa = GV_ADD(GV_MUL(s->rise[side], s->kappa_scale), tangent);
-    M above = GV_LT(zero, s->rise[side]);
+    M above = GV_LT(s->floor, s->rise[side]);
     if (c->cosines || c->inv_falloff > 0.0f) {
         M faded = GV_LT(start, cosine);
         if (GM_ANY(faded)) {
@@ -2139,7 +2144,8 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slices)(const gtao_context *c, PIXEL *p, const fl
     GTAOI_NO_CONTRACT
     const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
     int phase = (y & (c->period - 1)) * c->period + (x & (c->period - 1)), k, cosine_weighted = c->d.weighting == GTAO_WEIGHTING_COSINE;
-    V kappa_scale = c->orthographic ? one : GV_DIV(p->len, p->w0), direction = zero, offset = zero, visible, open;
+    V kappa_scale = c->orthographic ? one : GV_DIV(p->len, p->w0);
+    V floor_scale = GV_MUL(GV_SET(GTAOI_RISE_MIN), c->orthographic ? one : GV_MUL(p->w0, p->inv_len)), direction = zero, offset = zero, visible, open;
     V key = zero;
     float keys[GTAOI_W] = {0};
     SUM sum;
@@ -2190,8 +2196,10 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slices)(const gtao_context *c, PIXEL *p, const fl
         tangent = GV_MUL(no, p->inv_nv);
         s.kappa_tangent = GV_SUB(zero, tangent);
         s.kappa_scale = GV_MUL(kappa_scale, inv_perp);
-        s.reach = GV_MUL(GV_SET(c->radius2), GV_MUL(inv_perp, inv_perp));
-        s.rise[0] = s.rise[1] = s.cos_tangent = s.cosine[0] = s.cosine[1] = zero;
+        s.reach = GV_MUL(GV_SET(c->reach), inv_perp);
+        s.floor = GV_MUL(GV_MUL(perp2, inv_perp), floor_scale);
+        s.rise[0] = s.rise[1] = s.floor;
+        s.cos_tangent = s.cosine[0] = s.cosine[1] = zero;
         if (c->cosines || c->inv_falloff > 0.0f) {
             V cos_n = GV_DIV(one, GV_SQRT(GV_ADD(one, GV_MUL(tangent, tangent))));
             s.cosine[1] = GV_MUL(tangent, cos_n);
