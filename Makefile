@@ -14,6 +14,10 @@ config ?= release
 FUZZ_SECONDS ?= 60
 CC = gcc
 
+# V=1 shows the commands.
+Q := $(if $(V),,@)
+say = @$(if $(V)$(findstring s,$(firstword -$(MAKEFLAGS))),:,echo '$(1)')
+
 # Use every core unless the caller chose a number of jobs.
 ifeq ($(filter -j%,$(MAKEFLAGS)),)
 MAKEFLAGS += -j$(shell nproc)
@@ -57,6 +61,7 @@ objects = $(patsubst %.c,$(obj)/%.o,$(1))
 
 .PHONY: all demo test suites determinism golden strict bench fuzz msan figures format check-format coverage clean FORCE
 .DELETE_ON_ERROR:
+.PRECIOUS: build/setup/%
 all: $(programs)
 
 # ---- objects --------------------------------------------------------------------------------------------------------
@@ -75,7 +80,8 @@ $(obj)/flags build/obj/config: FORCE
 
 $(obj)/%.o: %.c $(obj)/flags | build/setup/build
 	@mkdir -p $(@D)
-	$(CC) $(cflags) -MMD -MP -c $< -o $@
+	$(call say,compile $<)
+	$(Q)$(CC) $(cflags) -MMD -MP -c $< -o $@
 
 $(call objects,$(suites)): | build/setup/test
 $(call objects,$(benches) $(bench_common)): | build/setup/bench
@@ -98,7 +104,8 @@ $(obj)/%.a:
 define program
 $(1): $(call objects,$(2)) $(3) build/obj/config
 	@mkdir -p $$(@D)
-	$$(CC) $$(cflags) $(call objects,$(2)) $(3) -Wl,--as-needed $(4) $$(libs) -o $$@
+	$$(call say,link $$@)
+	$$(Q)$$(CC) $$(cflags) $(call objects,$(2)) $(3) -Wl,--as-needed $(4) $$(libs) -o $$@
 endef
 
 $(foreach f,$(examples),$(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/common.a,$(exr_libs))))
