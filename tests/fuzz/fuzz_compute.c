@@ -150,24 +150,53 @@ static void fill(plane *p, size_t floats, reader *r) {
 
 /* ---- checks --------------------------------------------------------------------------------------------------- */
 
+/* What is being computed, for the message. */
+static gtao_desc current;
+
 static void complain(const char *what, float value) {
+    const gtao_desc *d = &current;
     fprintf(stderr, "fuzz_compute: %s (%g)\n", what, (double)value);
+    fprintf(stderr, "%dx%d, depth kind %d, device %g %g, sky %g, %s normals of %d, camera %d: f %g %g, c %g %g (%d), ",
+            d->width, d->height, (int)d->depth_kind, (double)d->device_scale, (double)d->device_bias, (double)d->sky_z,
+            d->normals ? "given" : "derived", d->normal_components, (int)d->camera.projection, (double)d->camera.fx,
+            (double)d->camera.fy, (double)d->camera.cx, (double)d->camera.cy, d->camera.off_center);
+    fprintf(stderr, "border %d, radius %g, falloff %g, cap %d, preset %d, %d slices of %d, every pixel %d, power %g, ",
+            (int)d->border, (double)d->radius, (double)d->falloff, d->max_radius_px, (int)d->preset, d->slices,
+            d->steps, d->every_pixel, (double)d->step_power);
+    fprintf(stderr, "thin blend %g, estimator %d, weighting %d, noise %d, frame %u\n", (double)d->thin_blend,
+            (int)d->estimator, (int)d->weighting, (int)d->noise, (unsigned)d->frame);
+    for (int i = 0; i < 9; i++)
+        fprintf(stderr, "%s%g", i ? ", " : "normal_to_view ", (double)d->normal_to_view[i]);
+    fprintf(stderr, ", axes %g %g %g\n", (double)d->normal_axes[0], (double)d->normal_axes[1],
+            (double)d->normal_axes[2]);
     abort();
 }
 
-static void check_values(const result *r, int width, int height) {
+static float plane_float(const plane *p, int y, int i) {
+    float f;
+    memcpy(&f, plane_row(p, y) + sizeof f * (size_t)i, sizeof f);
+    return f;
+}
+
+static void check_values(const result *r, const input *in, int width, int height) {
     for (int y = 0; y < height; y++)
         for (int x = 0; x < width; x++) {
-            float v, n[4], length2;
-            memcpy(&v, plane_row(&r->visibility, y) + sizeof v * (size_t)x, sizeof v);
-            memcpy(n, plane_row(&r->bent, y) + sizeof n * (size_t)x, sizeof n);
-            if (!float_finite(v) || !(v >= 0.0f && v <= 1.0f))
-                complain("visibility outside [0, 1]", v);
-            if (memcmp(&v, &n[3], sizeof v) != 0)
-                complain("visibility differs from the fourth component", n[3]);
+            float v = plane_float(&r->visibility, y, x), n[4], length2;
+            const char *bad = NULL;
+            for (int i = 0; i < 4; i++)
+                n[i] = plane_float(&r->bent, y, 4 * x + i);
             length2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-            if (!float_finite(length2) || !(length2 > 0.9998f && length2 < 1.0002f))
-                complain("bent normal is not a unit vector: squared length", length2);
+            if (!float_finite(v) || !(v >= 0.0f && v <= 1.0f))
+                bad = "visibility outside [0, 1]";
+            else if (memcmp(&v, &n[3], sizeof v) != 0)
+                bad = "visibility differs from the fourth component";
+            else if (!float_finite(length2) || !(length2 > 0.9998f && length2 < 1.0002f))
+                bad = "bent normal is not a unit vector";
+            if (bad) {
+                fprintf(stderr, "(%d, %d): visibility %g, bent normal %g %g %g, depth %g\n", x, y, (double)v,
+                        (double)n[0], (double)n[1], (double)n[2], (double)plane_float(&in->depth, y, x));
+                complain(bad, v);
+            }
         }
 }
 
@@ -190,13 +219,14 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         fill(&in.normals, (size_t)(width * (s.desc.normal_components == 4 ? 4 : 3)), &r);
 
     in.desc.isa = GTAO_ISA_SCALAR;
+    current = in.desc;
     l = take_layout(&r);
     scalar = result_make(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 4, l, 1);
     status = gtao_compute(&in.desc, &scalar.output, scalar.scratch, scalar.scratch_size, &stats);
     if ((status == GTAO_OK) != (scalar.scratch_size != 0))
         complain("gtao_scratch_size and gtao_compute disagree on", (float)status);
     if (status == GTAO_OK) {
-        check_values(&scalar, width, height);
+        check_values(&scalar, &in, width, height);
         if (stats.pixels != (uint64_t)(width * height))
             complain("pixels counted", (float)stats.pixels);
     }
