@@ -2,7 +2,7 @@
  *
  *     build/demo-sheet [SCENE.exr [SCENE.json]] [DIRECTORY]      (tests/data/study.exr, build/demo)
  *
- * writes DIRECTORY/sheet.png, visibility.exr and bent.exr. */
+ * writes DIRECTORY/sheet.png, strip.png (depth, visibility, truth), visibility.exr and bent.exr. */
 #include "gtao.h"
 
 #include "canvas.h"
@@ -264,11 +264,12 @@ enum { MARGIN = 40, GAP = 22, LABEL = 44, HEADER = 118, COLUMNS = 3, ROWS = 3 };
 typedef struct sheet {
     image canvas;
     int panel_width, panel_height;
+    int left, top; /* of the first panel */
 } sheet;
 
 static void panel_at(const sheet *s, int index, int *x, int *y) {
-    *x = MARGIN + index % COLUMNS * (s->panel_width + GAP);
-    *y = HEADER + index / COLUMNS * (s->panel_height + LABEL + GAP);
+    *x = s->left + index % COLUMNS * (s->panel_width + GAP);
+    *y = s->top + index / COLUMNS * (s->panel_height + LABEL + GAP);
 }
 
 /* A label bar with the picture under it. */
@@ -330,7 +331,12 @@ typedef struct preset_row {
     result result;
 } preset_row;
 
-enum { PRESETS = 5, PICTURE_RAW = 1, PICTURE_BEST = 4 }; /* rows of the table whose pictures the sheet shows */
+enum {
+    PRESETS = 5,
+    PICTURE_RAW = 1,
+    PICTURE_STRIP = 3,
+    PICTURE_BEST = 4
+}; /* rows of the table whose pictures are shown */
 
 static void sampling_text(const result *r, char *text, size_t size) {
     if (r->steps)
@@ -383,6 +389,16 @@ static void place_table(sheet *s, const preset_row *rows, const scene *sc) {
         "hidden, and what lies outside the picture.");
 }
 
+static void place_depth(sheet *s, int index, image *picture, const scene *sc, float near_z, float far_z) {
+    char low[32], high[32];
+    paint_depth(picture, sc, near_z, far_z);
+    place_panel(s, index, picture, "Depth", "");
+    place_subtitle(s, index, "Depth", "input");
+    snprintf(low, sizeof low, "z  %.1f", (double)near_z);
+    snprintf(high, sizeof high, "%.1f", (double)far_z);
+    place_scale(s, index, color_depth, 0.0f, 1.0f, low, high);
+}
+
 static void scene_name(const char *path, char *name, size_t size) {
     const char *slash = strrchr(path, '/');
     snprintf(name, size, "%s", slash ? slash + 1 : path);
@@ -395,11 +411,13 @@ static int make_sheet(sheet *s, const char *path, const scene *sc, const gtao_de
                       image_error *error) {
     const result *best = &rows[PICTURE_BEST].result, *raw = &rows[PICTURE_RAW].result;
     int w = sc->depth.width, h = sc->depth.height;
-    char text[200], note[300], low[32], high[32];
+    char text[200], note[300];
     image picture;
     float near_z, far_z;
     s->panel_width = w;
     s->panel_height = h;
+    s->left = MARGIN;
+    s->top = HEADER;
     if (!depth_range(sc, &near_z, &far_z) || !image_create(&picture, w, h, 3, error))
         return 0;
     int width = 2 * MARGIN + COLUMNS * w + (COLUMNS - 1) * GAP;
@@ -421,12 +439,7 @@ static int make_sheet(sheet *s, const char *path, const scene *sc, const gtao_de
     canvas_text(&s->canvas, (float)(width - MARGIN), 72.0f, CANVAS_RIGHT, CANVAS_REGULAR, 19.0f, color_hex(ink_soft),
                 text);
 
-    paint_depth(&picture, sc, near_z, far_z);
-    place_panel(s, 0, &picture, "Depth", "");
-    place_subtitle(s, 0, "Depth", "input");
-    snprintf(low, sizeof low, "z  %.1f", (double)near_z);
-    snprintf(high, sizeof high, "%.1f", (double)far_z);
-    place_scale(s, 0, color_depth, 0.0f, 1.0f, low, high);
+    place_depth(s, 0, &picture, sc, near_z, far_z);
     paint_normals(&picture, sc);
     place_panel(s, 1, &picture, "Normals", "input, view space");
     paint_bent(&picture, sc, &best->bent);
@@ -464,6 +477,33 @@ static int make_sheet(sheet *s, const char *path, const scene *sc, const gtao_de
     place_table(s, rows, sc);
     image_free(&picture);
     return 1;
+}
+
+/* The three pictures that say it shortest. */
+static int make_strip(sheet *s, const scene *sc, const preset_row *row, image_error *error) {
+    int w = sc->depth.width, h = sc->depth.height;
+    float near_z, far_z;
+    char text[64], note[300];
+    image picture;
+    s->panel_width = w;
+    s->panel_height = h;
+    s->left = s->top = MARGIN / 2;
+    if (!depth_range(sc, &near_z, &far_z) || !image_create(&picture, w, h, 3, error))
+        return 0;
+    int ok = image_create(&s->canvas, MARGIN + COLUMNS * w + (COLUMNS - 1) * GAP, MARGIN + LABEL + h, 3, error);
+    if (ok) {
+        canvas_fill(&s->canvas, 0, 0, s->canvas.width, s->canvas.height, color_hex(ink_paper));
+        place_depth(s, 0, &picture, sc, near_z, far_z);
+        paint_visibility(&picture, sc, &row->result.visibility);
+        sampling_text(&row->result, text, sizeof text);
+        snprintf(note, sizeof note, "%s, %.0f ms on one core", text, row->result.total_ms);
+        place_panel(s, 1, &picture, "Visibility", note);
+        paint_visibility(&picture, sc, &sc->truth);
+        snprintf(note, sizeof note, "%d rays a pixel", sc->rays_per_pixel);
+        place_panel(s, 2, &picture, "Ray-traced truth", sc->rays_per_pixel ? note : "");
+    }
+    image_free(&picture);
+    return ok;
 }
 
 /* ---- main --------------------------------------------------------------------------------------------------------- */
@@ -559,6 +599,9 @@ int main(int argc, char **argv) {
         ok = ok && write_file(directory, "sheet.png", &s.canvas, NULL) &&
              write_file(directory, "visibility.exr", &rows[PICTURE_BEST].result.visibility, names_y) &&
              write_file(directory, "bent.exr", &rows[PICTURE_BEST].result.bent, names_bent);
+        image_free(&s.canvas);
+        ok = ok && make_strip(&s, &sc, rows + PICTURE_STRIP, &error) &&
+             write_file(directory, "strip.png", &s.canvas, NULL);
         image_free(&s.canvas);
         canvas_free_fonts();
     }
