@@ -1160,42 +1160,29 @@ static const float *gtaoi_row(const gtao_context *c, int y) {
     return c->w + (ptrdiff_t)y * c->pitch;
 }
 
-/* The padding of row y, once its pixels are there. */
+/* The padding of a row, once its pixels are there. */
 static void gtaoi_pad_row(const gtao_context *c, float *row) {
     int p, i, w = c->d.width, shift = c->period == 4 ? 2 : 0, mask = c->period - 1;
     for (p = 0; p < c->period; p++) {
         float *segment = row + (ptrdiff_t)p * c->segment + GTAOI_PAD;
-        int n = (w - p + c->period - 1) / c->period, end = c->segment - GTAOI_PAD;
-        if (n < 0) n = 0;
-        for (i = -GTAOI_PAD; i < end; i++) {
+        int n = w > p ? (w - p + c->period - 1) / c->period : 0, end = c->segment - GTAOI_PAD;
+        if (c->d.border == GTAO_BORDER_OPEN) {
+            gtaoi_fill_sky(segment - GTAOI_PAD, GTAOI_PAD);
+            gtaoi_fill_sky(segment + n, end - n);
+            continue;
+        }
+        for (i = -GTAOI_PAD; i < end; i = i + 1 == 0 ? n : i + 1) {
             int x = i * c->period + p;
-            float value = GTAOI_SKY;
-            if (i >= 0 && i < n) {
-                i = n - 1;
-                continue;
-            }
-            if (c->d.border == GTAO_BORDER_CLAMP) x = gtaoi_imin(gtaoi_imax(x, 0), w - 1);
-            if (c->d.border == GTAO_BORDER_WRAP) x = gtaoi_wrap(x, w);
-            if (c->d.border != GTAO_BORDER_OPEN) value = row[(x & mask) * c->segment + GTAOI_PAD + (x >> shift)];
-            segment[i] = value;
+            x = c->d.border == GTAO_BORDER_WRAP ? gtaoi_wrap(x, w) : gtaoi_imin(gtaoi_imax(x, 0), w - 1);
+            segment[i] = row[(x & mask) * c->segment + GTAOI_PAD + (x >> shift)];
         }
     }
 }
 
-/* Visibility and bent normals of n pixels from (x, y) to the caller's buffers. `lanes` holds planes of v, bx, by, bz,
- * `stride` floats apart, each phase by phase, `width` pixels a phase. */
-static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float *lanes, int stride, int width) {
+/* Visibility v and bent normals b (3 floats a pixel) of n pixels from (x, y), in image order, to the caller's buffers. */
+static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float *v, const float *b) {
     const gtao_output *o = &c->o;
-    float v[4 * GTAOI_LANES], bx[4 * GTAOI_LANES], by[4 * GTAOI_LANES], bz[4 * GTAOI_LANES];
-    int i, p, at;
-    for (p = 0; p < c->period; p++) {
-        const float *from = lanes + p * width;
-        for (i = 0, at = p; i < width; i++, at += c->period) v[at] = from[i];
-        if (!c->bent) continue;
-        for (i = 0, at = p; i < width; i++, at += c->period) {
-            bx[at] = from[stride + i], by[at] = from[2 * stride + i], bz[at] = from[3 * stride + i];
-        }
-    }
+    int i;
     if (o->visibility) {
         char *row = (char *)o->visibility + (ptrdiff_t)y * o->visibility_stride;
         if (o->visibility_format == GTAO_FORMAT_FLOAT) {
@@ -1210,19 +1197,17 @@ static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float 
         }
     }
     if (o->bent_normals) {
-        float *b = (float *)(void *)((char *)o->bent_normals + (ptrdiff_t)y * o->bent_stride) + (ptrdiff_t)x * o->bent_components;
-        for (i = 0; i < n; i++, b += o->bent_components) {
-            b[0] = bx[i], b[1] = by[i], b[2] = bz[i];
-            if (o->bent_components == 4) b[3] = v[i];
+        float *to = (float *)(void *)((char *)o->bent_normals + (ptrdiff_t)y * o->bent_stride) + (ptrdiff_t)x * o->bent_components;
+        if (o->bent_components == 3) {
+            memcpy(to, b, (size_t)n * 12);
+        } else {
+            for (i = 0; i < n; i++, to += 4) to[0] = b[3 * i], to[1] = b[3 * i + 1], to[2] = b[3 * i + 2], to[3] = v[i];
         }
     }
     if (o->packed) {
         char *row = (char *)o->packed + (ptrdiff_t)y * o->packed_stride;
         for (i = 0; i < n; i++) {
-            float b[3];
-            uint32_t u;
-            b[0] = bx[i], b[1] = by[i], b[2] = bz[i];
-            u = gtao_pack(v[i], b);
+            uint32_t u = gtao_pack(v[i], b + 3 * i);
             memcpy(row + (ptrdiff_t)(x + i) * 4, &u, 4);
         }
     }
@@ -1233,6 +1218,12 @@ GTAOI_INLINE int gtaoi_popcount(unsigned m) { /* of 16 bits */
     m = (m & 0x3333u) + (m >> 2 & 0x3333u);
     m = (m & 0x0f0fu) + (m >> 4 & 0x0f0fu);
     return (int)((m & 31u) + (m >> 8));
+}
+
+/* Whether a sample and its mirror image are over the image for a whole group: with the outermost, all are. */
+GTAOI_INLINE int gtaoi_interior(const gtao_context *c, const gtaoi_sample *s, int x0, int x1, int y) {
+    int ax = s->qx < 0 ? -s->qx : s->qx, ay = s->qy < 0 ? -s->qy : s->qy;
+    return y >= ay && y + ay < c->d.height && x0 >= ax && x1 + ax < c->d.width;
 }
 
 /* Leading samples, out of n, on the side of `sign` for which a group at x0 .. x1, y is still over the image (their
@@ -1370,7 +1361,7 @@ GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *outp
 #define V GTAOI_NAME(gtaoi_v)
 #define M GTAOI_NAME(gtaoi_m)
 #define PIXEL GTAOI_NAME(gtaoi_pixel)
-#define SLICE GTAOI_NAME(gtaoi_slice_frame)
+#define FRAME GTAOI_NAME(gtaoi_frame)
 #define HORIZONS GTAOI_NAME(gtaoi_horizons)
 
 #if GTAOI_W == 1
@@ -1508,7 +1499,78 @@ typedef __mmask16 M;
 #define GV_CLASS(a) _mm512_and_ps(a, _mm512_castsi512_ps(_mm512_set1_epi32((int)GTAOI_CLASS_MASK)))
 #endif
 
-/* Lane indices, and mask bits back to a mask. */
+/* Four floats from each of the rows p, p + stride, ... into the lanes of four vectors, and back: between pixels in image
+ * order and the lanes of four phases or components. */
+#if GTAOI_W == 1
+GTAOI_FI void GTAOI_NAME(gtaoi_load4)(const float *p, ptrdiff_t stride, V out[4]) {
+    (void)stride;
+    out[0] = p[0], out[1] = p[1], out[2] = p[2], out[3] = p[3];
+}
+GTAOI_FI void GTAOI_NAME(gtaoi_store4)(float *p, ptrdiff_t stride, const V in[4]) {
+    (void)stride;
+    p[0] = in[0], p[1] = in[1], p[2] = in[2], p[3] = in[3];
+}
+#else
+#if GTAOI_W == 4 && GTAOI_X86
+GTAOI_FI void GTAOI_NAME(gtaoi_transpose4)(V r[4]) { _MM_TRANSPOSE4_PS(r[0], r[1], r[2], r[3]); }
+#define GTAOI_ROWS(p, stride) _mm_loadu_ps(p)
+#define GTAOI_PUT_ROWS(p, stride, r) _mm_storeu_ps(p, r)
+#elif GTAOI_W == 4
+GTAOI_FI void GTAOI_NAME(gtaoi_transpose4)(V r[4]) {
+    float32x4_t ab0 = vtrn1q_f32(r[0], r[1]), ab1 = vtrn2q_f32(r[0], r[1]);
+    float32x4_t cd0 = vtrn1q_f32(r[2], r[3]), cd1 = vtrn2q_f32(r[2], r[3]);
+    r[0] = vcombine_f32(vget_low_f32(ab0), vget_low_f32(cd0)), r[1] = vcombine_f32(vget_low_f32(ab1), vget_low_f32(cd1));
+    r[2] = vcombine_f32(vget_high_f32(ab0), vget_high_f32(cd0)), r[3] = vcombine_f32(vget_high_f32(ab1), vget_high_f32(cd1));
+}
+#define GTAOI_ROWS(p, stride) vld1q_f32(p)
+#define GTAOI_PUT_ROWS(p, stride, r) vst1q_f32(p, r)
+#elif GTAOI_W == 8
+GTAOI_FI void GTAOI_NAME(gtaoi_transpose4)(V r[4]) { /* in each half */
+    V ab0 = _mm256_unpacklo_ps(r[0], r[1]), ab1 = _mm256_unpackhi_ps(r[0], r[1]);
+    V cd0 = _mm256_unpacklo_ps(r[2], r[3]), cd1 = _mm256_unpackhi_ps(r[2], r[3]);
+    r[0] = _mm256_shuffle_ps(ab0, cd0, 0x44), r[1] = _mm256_shuffle_ps(ab0, cd0, 0xee);
+    r[2] = _mm256_shuffle_ps(ab1, cd1, 0x44), r[3] = _mm256_shuffle_ps(ab1, cd1, 0xee);
+}
+#define GTAOI_ROWS(p, stride)                                                                                          \
+    _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(p)), _mm_loadu_ps((p) + 4 * (stride)), 1)
+#define GTAOI_PUT_ROWS(p, stride, r)                                                                                   \
+    (_mm_storeu_ps(p, _mm256_castps256_ps128(r)), _mm_storeu_ps((p) + 4 * (stride), _mm256_extractf128_ps(r, 1)))
+#elif GTAOI_W == 16
+GTAOI_FI void GTAOI_NAME(gtaoi_transpose4)(V r[4]) { /* in each quarter */
+    V ab0 = _mm512_unpacklo_ps(r[0], r[1]), ab1 = _mm512_unpackhi_ps(r[0], r[1]);
+    V cd0 = _mm512_unpacklo_ps(r[2], r[3]), cd1 = _mm512_unpackhi_ps(r[2], r[3]);
+    r[0] = _mm512_shuffle_ps(ab0, cd0, 0x44), r[1] = _mm512_shuffle_ps(ab0, cd0, 0xee);
+    r[2] = _mm512_shuffle_ps(ab1, cd1, 0x44), r[3] = _mm512_shuffle_ps(ab1, cd1, 0xee);
+}
+#define GTAOI_ROWS(p, stride)                                                                                          \
+    _mm512_insertf32x4(                                                                                                \
+        _mm512_insertf32x4(_mm512_insertf32x4(_mm512_castps128_ps512(_mm_loadu_ps(p)),                                 \
+                                              _mm_loadu_ps((p) + 4 * (stride)), 1),                                    \
+                           _mm_loadu_ps((p) + 8 * (stride)), 2),                                                       \
+        _mm_loadu_ps((p) + 12 * (stride)), 3)
+#define GTAOI_PUT_ROWS(p, stride, r)                                                                                   \
+    (_mm_storeu_ps(p, _mm512_castps512_ps128(r)), _mm_storeu_ps((p) + 4 * (stride), _mm512_extractf32x4_ps(r, 1)),     \
+     _mm_storeu_ps((p) + 8 * (stride), _mm512_extractf32x4_ps(r, 2)),                                                  \
+     _mm_storeu_ps((p) + 12 * (stride), _mm512_extractf32x4_ps(r, 3)))
+#endif
+GTAOI_FI void GTAOI_NAME(gtaoi_load4)(const float *p, ptrdiff_t stride, V out[4]) {
+    int i;
+    for (i = 0; i < 4; i++, p += stride) out[i] = GTAOI_ROWS(p, stride);
+    GTAOI_NAME(gtaoi_transpose4)(out);
+}
+GTAOI_FI void GTAOI_NAME(gtaoi_store4)(float *p, ptrdiff_t stride, const V in[4]) {
+    V r[4];
+    int i;
+    for (i = 0; i < 4; i++) r[i] = in[i];
+    GTAOI_NAME(gtaoi_transpose4)(r);
+    for (i = 0; i < 4; i++, p += stride) GTAOI_PUT_ROWS(p, stride, r[i]);
+}
+#undef GTAOI_ROWS
+#undef GTAOI_PUT_ROWS
+#endif
+
+/* Lane indices. */
+
 GTAOI_FI V GTAOI_NAME(gtaoi_iota)(void) {
     static const float lanes[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     return GV_LOAD(lanes);
@@ -1569,9 +1631,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
                 }
                 GV_STORE(out + i, GV_SELECT(visible, height, sky));
             }
-            for (p = 0; p < c->period; p++) {
-                float *to = row + (ptrdiff_t)p * c->segment + GTAOI_PAD + x / c->period;
-                for (i = p; i < n; i += c->period) *to++ = out[i];
+            if (c->period == 1) {
+                memcpy(row + GTAOI_PAD + x, out, (size_t)n * sizeof(float));
+            } else {
+                float *to = row + GTAOI_PAD + x / 4;
+                for (i = 0; i < GTAOI_CHUNK / 4; i += GTAOI_W) { /* what lies past the row's end is padding, filled below */
+                    V phases[4];
+                    GTAOI_NAME(gtaoi_load4)(out + 4 * i, 4, phases);
+                    for (p = 0; p < 4; p++) GV_STORE(to + (ptrdiff_t)p * c->segment + i, phases[p]);
+                }
             }
         }
         gtaoi_pad_row(c, row);
@@ -1601,27 +1669,30 @@ typedef struct PIXEL {
     V extent;      /* of the radius, on the plane z = 1 (orthographic: in pixels) */
 } PIXEL;
 
-/* Direction of a slice, the same for all lanes or not. */
-typedef struct SLICE {
-    V dx, dy; /* unit screen direction */
-    V bx, by; /* the same in units of r */
-    V bb;     /* |b|^2 */
-} SLICE;
-
-/* One slice, and its two sides: cot h of what has been found above the tangent plane. */
-typedef struct HORIZONS {
-    V kappa_scale; /* |r0| / (w0 |b_perp|): height per pixel to cot h */
+/* A slice as its pixels see it. The direction is the same for all lanes or not. */
+typedef struct FRAME {
+    V dx, dy;        /* unit screen direction */
+    V bx, by;        /* the same in units of r */
+    V bb;            /* |b|^2 */
+    V along;         /* b.r0 / |r0| */
+    V inv_perp;      /* 1 / |b_perp| */
+    V no;            /* n.o, o = b_perp / |b_perp| */
+    V kappa_scale;   /* |r0| / (w0 |b_perp|): height per pixel to cot h */
     V kappa_tangent; /* cot of the tangent plane's horizon on the + side: -tan n; the - side's is its negative */
-    V reach;       /* radius / |b_perp|: t^2 (1 + cot^2 h) <= (reach w)^2 lies within the radius */
-    V cos_tangent; /* cosine of the tangent plane's horizon on the + side: -sin n; the - side's is its negative */
-    V floor;       /* rises below are rounding, GTAOI_RISE_MIN of cot h */
-    V rise[2];     /* largest slope above the tangent plane of full-weight samples, height per pixel; + and - side */
-    V cosine[2];   /* largest attenuated cosine of samples in the falloff ring */
+    V reach;         /* radius / |b_perp|: t^2 (1 + cot^2 h) <= (reach w)^2 lies within the radius */
+    V cos_tangent;   /* cosine of the tangent plane's horizon on the + side: -sin n; the - side's is its negative */
+    V floor;         /* rises below are rounding, GTAOI_RISE_MIN of cot h */
+} FRAME;
+
+/* What the search of a slice finds, on its + and - side. */
+typedef struct HORIZONS {
+    V rise[2];   /* largest slope above the tangent plane of full-weight samples, height per pixel */
+    V cosine[2]; /* largest attenuated cosine of samples in the falloff ring */
 } HORIZONS;
 
 /* One sample of height w at distance 1 / inv; base = w0 / t + slope of the tangent plane there. */
-GTAOI_FI void GTAOI_NAME(gtaoi_rise)(const gtao_context *c, HORIZONS *s, int side, V w, V inv, V base, int orthographic,
-                                     int bounded, int ring) {
+GTAOI_FI void GTAOI_NAME(gtaoi_rise)(const gtao_context *c, const FRAME *f, HORIZONS *s, int side, V w, V inv, V base,
+                                     int orthographic, int bounded, int ring) {
     GTAOI_NO_CONTRACT
     V slope = GV_MUL(w, inv), rise = GV_SUB(slope, base), tangent, kappa, rho, reach, reach2;
     M inside, fading;
@@ -1630,10 +1701,10 @@ GTAOI_FI void GTAOI_NAME(gtaoi_rise)(const gtao_context *c, HORIZONS *s, int sid
         return;
     }
     /* distance^2 = t^2 |b_perp|^2 (1 + kappa^2) / w^2 = (radius / reach)^2 rho, reach = radius w / (t |b_perp|) */
-    tangent = side ? GV_SUB(GV_SET(0.0f), s->kappa_tangent) : s->kappa_tangent;
-    kappa = GV_ADD(GV_MUL(rise, s->kappa_scale), tangent);
+    tangent = side ? GV_SUB(GV_SET(0.0f), f->kappa_tangent) : f->kappa_tangent;
+    kappa = GV_ADD(GV_MUL(rise, f->kappa_scale), tangent);
     rho = GV_ADD(GV_MUL(kappa, kappa), GV_SET(1.0f));
-    reach = GV_MUL(orthographic ? inv : slope, s->reach);
+    reach = GV_MUL(orthographic ? inv : slope, f->reach);
     reach2 = GV_MUL(reach, reach);
     if (!ring) {
         inside = GV_LE(rho, reach2);
@@ -1647,7 +1718,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_rise)(const gtao_context *c, HORIZONS *s, int sid
         V both = GV_DIV(GV_SET(1.0f), GV_MUL(GV_SQRT(rho), reach));
         V weight = GV_MUL(GV_SUB(GV_SET(1.0f), GV_MUL(rho, both)), GV_SET(c->inv_falloff));
         V cosine = GV_MUL(kappa, GV_MUL(reach, both));
-        V start = side ? GV_SUB(GV_SET(0.0f), s->cos_tangent) : s->cos_tangent;
+        V start = side ? GV_SUB(GV_SET(0.0f), f->cos_tangent) : f->cos_tangent;
         V faded = GV_ADD(start, GV_MUL(weight, GV_SUB(cosine, start)));
         s->cosine[side] = GV_MAX(s->cosine[side], GV_SELECT(fading, faded, s->cosine[side]));
     }
@@ -1667,16 +1738,16 @@ GTAOI_FI V GTAOI_NAME(gtaoi_between)(const gtao_context *c, V a, V b, V fraction
 
 
 /* One sample on one side, from the taps of the table. */
-GTAOI_FI void GTAOI_NAME(gtaoi_visit)(const gtao_context *c, HORIZONS *s, int side, const float *at,
+GTAOI_FI void GTAOI_NAME(gtaoi_visit)(const gtao_context *c, const FRAME *f, HORIZONS *s, int side, const float *at,
                                       const gtaoi_sample *q, V inv, V base, V fraction, V g_across, int orthographic,
                                       int bounded, int ring, int taps) {
     V w = GV_LOAD(at + q->offset[side]);
     if (taps) w = GTAOI_NAME(gtaoi_between)(c, w, GV_LOAD(at + q->offset[side + 2]), fraction, g_across, orthographic);
-    GTAOI_NAME(gtaoi_rise)(c, s, side, w, inv, base, orthographic, bounded, ring);
+    GTAOI_NAME(gtaoi_rise)(c, f, s, side, w, inv, base, orthographic, bounded, ring);
 }
 
 /* The horizon search: samples [0, n0) on the + side, [0, n1) on the - side. `at` is the group's first pixel. */
-GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const PIXEL *p, const SLICE *f, HORIZONS *horizons,
+GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *horizons,
                                       const float *at, const gtaoi_sample *q, int n0, int n1, int orthographic,
                                       int bounded, int ring, int taps) {
     GTAOI_NO_CONTRACT
@@ -1688,31 +1759,31 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const PIXEL *p, con
         V inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
         if (taps) fraction = GV_SET(q->ux);
         else tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
-        GTAOI_NAME(gtaoi_visit)(c, &s, 0, at, q, inv, GV_ADD(base, tangent), fraction, across, orthographic, bounded, ring, taps);
-        GTAOI_NAME(gtaoi_visit)(c, &s, 1, at, q, inv, GV_SUB(base, tangent), fraction, back, orthographic, bounded, ring, taps);
+        GTAOI_NAME(gtaoi_visit)(c, f, &s, 0, at, q, inv, GV_ADD(base, tangent), fraction, across, orthographic, bounded, ring, taps);
+        GTAOI_NAME(gtaoi_visit)(c, f, &s, 1, at, q, inv, GV_SUB(base, tangent), fraction, back, orthographic, bounded, ring, taps);
     }
     for (; j < n0; j++, q++) {
         V inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
         if (taps) fraction = GV_SET(q->ux);
         else tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
-        GTAOI_NAME(gtaoi_visit)(c, &s, 0, at, q, inv, GV_ADD(base, tangent), fraction, across, orthographic, bounded, ring, taps);
+        GTAOI_NAME(gtaoi_visit)(c, f, &s, 0, at, q, inv, GV_ADD(base, tangent), fraction, across, orthographic, bounded, ring, taps);
     }
     for (; j < n1; j++, q++) {
         V inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
         if (taps) fraction = GV_SET(q->ux);
         else tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
-        GTAOI_NAME(gtaoi_visit)(c, &s, 1, at, q, inv, GV_SUB(base, tangent), fraction, back, orthographic, bounded, ring, taps);
+        GTAOI_NAME(gtaoi_visit)(c, f, &s, 1, at, q, inv, GV_SUB(base, tangent), fraction, back, orthographic, bounded, ring, taps);
     }
     *horizons = s;
 }
 
 /* A sample on the paths that take every cosine: [J16] thickness heuristic, and the memo's search, where kappa and reach
  * belong to the sample's own direction instead of the slice's. */
-GTAOI_FI void GTAOI_NAME(gtaoi_cosine)(const gtao_context *c, HORIZONS *s, int side, V kappa, V reach) {
+GTAOI_FI void GTAOI_NAME(gtaoi_cosine)(const gtao_context *c, const FRAME *f, HORIZONS *s, int side, V kappa, V reach) {
     GTAOI_NO_CONTRACT
     const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
     V rho = GV_ADD(GV_MUL(kappa, kappa), one), cosine = GV_DIV(kappa, GV_SQRT(rho)), weight = one, faded;
-    V start = side ? GV_SUB(zero, s->cos_tangent) : s->cos_tangent;
+    V start = side ? GV_SUB(zero, f->cos_tangent) : f->cos_tangent;
     if (c->bounded) {
         V reach2 = GV_MUL(reach, reach);
         M inside = GV_LE(rho, GV_MUL(reach2, GV_SET(c->inner2)));
@@ -1725,8 +1796,8 @@ GTAOI_FI void GTAOI_NAME(gtaoi_cosine)(const gtao_context *c, HORIZONS *s, int s
                   GV_ADD(s->cosine[side], GV_MUL(GV_SET(c->d.thin_blend), GV_SUB(faded, s->cosine[side]))));
 }
 
-GTAOI_FI void GTAOI_NAME(gtaoi_visit_cosine)(const gtao_context *c, const PIXEL *p, HORIZONS *s, int side, V w, V inv,
-                                             V ux, V uy) {
+GTAOI_FI void GTAOI_NAME(gtaoi_visit_cosine)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
+                                             int side, V w, V inv, V ux, V uy) {
     GTAOI_NO_CONTRACT
     const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
     V slope = c->orthographic ? inv : GV_MUL(w, inv), kappa, reach;
@@ -1743,13 +1814,13 @@ GTAOI_FI void GTAOI_NAME(gtaoi_visit_cosine)(const gtao_context *c, const PIXEL 
     } else {
         V tangent = GV_ADD(GV_MUL(p->gx, ux), GV_MUL(p->gy, uy));
         V rise = GV_SUB(GV_MUL(w, inv), GV_ADD(GV_MUL(p->w0, inv), tangent));
-        kappa = GV_ADD(GV_MUL(rise, s->kappa_scale), side ? GV_SUB(zero, s->kappa_tangent) : s->kappa_tangent);
-        reach = GV_MUL(slope, s->reach);
+        kappa = GV_ADD(GV_MUL(rise, f->kappa_scale), side ? GV_SUB(zero, f->kappa_tangent) : f->kappa_tangent);
+        reach = GV_MUL(slope, f->reach);
     }
-    GTAOI_NAME(gtaoi_cosine)(c, s, side, kappa, reach);
+    GTAOI_NAME(gtaoi_cosine)(c, f, s, side, kappa, reach);
 }
 
-GTAOI_FN void GTAOI_NAME(gtaoi_march_cosines)(const gtao_context *c, const PIXEL *p, const SLICE *f, HORIZONS *s,
+GTAOI_FN void GTAOI_NAME(gtaoi_march_cosines)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
                                               const float *at, const gtaoi_sample *q, int n0, int n1) {
     int side, j;
     for (side = 0; side < 2; side++)
@@ -1762,12 +1833,12 @@ GTAOI_FN void GTAOI_NAME(gtaoi_march_cosines)(const gtao_context *c, const PIXEL
                 ux = f->dx, uy = f->dy;
             }
             if (side) ux = GV_SUB(GV_SET(0.0f), ux), uy = GV_SUB(GV_SET(0.0f), uy);
-            GTAOI_NAME(gtaoi_visit_cosine)(c, p, s, side, w, inv, ux, uy);
+            GTAOI_NAME(gtaoi_visit_cosine)(c, p, f, s, side, w, inv, ux, uy);
         }
 }
 
 /* The variant of the search for this call, all its conditions constants in the loop. */
-GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const PIXEL *p, const SLICE *f, HORIZONS *s,
+GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
                                        const float *at, const gtaoi_sample *q, int n0, int n1) {
     int ring = c->inv_falloff > 0.0f;
 #define GTAOI_MARCH(o, b, r, t) GTAOI_NAME(gtaoi_march)(c, p, f, s, at, q, n0, n1, o, b, r, t)
@@ -1786,11 +1857,12 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const PIXEL *p, co
 }
 
 /* One list of samples: the part of it, from `begin`, that is over the image. */
-GTAOI_FI void GTAOI_NAME(gtaoi_search_list)(const gtao_context *c, const PIXEL *p, const SLICE *f, HORIZONS *s,
+GTAOI_FI void GTAOI_NAME(gtaoi_search_list)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
                                             const float *at, int index, const gtaoi_sample *q, int begin, int n, int x,
                                             int y) {
-    int n0 = gtaoi_reach(c, q, n, 1, x, x + (GTAOI_W - 1) * c->period, y);
-    int n1 = gtaoi_reach(c, q, n, -1, x, x + (GTAOI_W - 1) * c->period, y);
+    int n0 = n, n1 = n, x1 = x + (GTAOI_W - 1) * c->period;
+    if (!gtaoi_interior(c, q + n - 1, x, x1, y))
+        n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
     if (c->d.border == GTAO_BORDER_OPEN || (n0 == n && n1 == n)) {
         GTAOI_NAME(gtaoi_search)(c, p, f, s, at, q + begin, gtaoi_imax(n0 - begin, 0), gtaoi_imax(n1 - begin, 0));
     } else {
@@ -1812,15 +1884,15 @@ GTAOI_FI int GTAOI_NAME(gtaoi_first)(unsigned bits) {
 }
 
 /* Search one slice of a group whose lanes share directions: lanes by radius class. `key` holds the classes' bits. */
-GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const PIXEL *p, const SLICE *f, HORIZONS *s,
+GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
                                              const float *at, int index, V key, const float *keys, M active, int x,
                                              int y, gtao_stats *stats) {
     const int *count = c->count + (size_t)index * (size_t)c->classes;
-    int begin = 0, i, n;
-    while (GM_ANY(active)) {
+    int begin = 0, i, n, whole = 1;
+    for (; GM_ANY(active); whole = 0) {
         unsigned bits = GM_BITS(active);
         int first = GTAOI_NAME(gtaoi_first)(bits), k = gtaoi_class(c, keys[first]);
-        HORIZONS found = *s;
+        HORIZONS found;
         M lanes = GM_AND(active, GV_EQ(key, GV_SET(keys[first]))), chosen = lanes;
         const gtaoi_sample *q;
         n = count[k];
@@ -1836,12 +1908,17 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const PIXEL 
         } else {
             q = c->sample + ((size_t)index * (size_t)c->classes + (size_t)k) * (size_t)c->max_steps;
         }
+        stats->samples += (uint64_t)(2 * (n - begin) * gtaoi_popcount(GM_BITS(chosen)));
+        if (whole && GM_BITS(lanes) == bits) { /* nearly always: all of one class */
+            GTAOI_NAME(gtaoi_search_list)(c, p, f, s, at, index, q, 0, n, x, y);
+            return;
+        }
+        found = *s;
         GTAOI_NAME(gtaoi_search_list)(c, p, f, &found, at, index, q, begin, n, x, y);
         for (i = 0; i < 2; i++) {
             s->rise[i] = GV_SELECT(chosen, found.rise[i], s->rise[i]);
             s->cosine[i] = GV_SELECT(chosen, found.cosine[i], s->cosine[i]);
         }
-        stats->samples += (uint64_t)(2 * (n - begin) * gtaoi_popcount(GM_BITS(chosen)));
         active = GM_ANDNOT(active, lanes);
         if (c->every_pixel) begin = n;
     }
@@ -1870,7 +1947,7 @@ GTAOI_FI V GTAOI_NAME(gtaoi_fetch)(const gtao_context *c, V x, V y) {
 }
 
 /* Search one slice of a group with a direction and an offset for each pixel. */
-GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const PIXEL *p, const SLICE *f, HORIZONS *s,
+GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
                                              V offset, gtao_stats *stats) {
     GTAOI_NO_CONTRACT
     const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
@@ -1917,9 +1994,9 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const PIXEL 
             if (side) ux = GV_SUB(zero, ux), uy = GV_SUB(zero, uy);
             tangent = GV_ADD(GV_MUL(p->gx, ux), GV_MUL(p->gy, uy));
             before[0] = s->rise[side], before[1] = s->cosine[side];
-            if (c->cosines) GTAOI_NAME(gtaoi_visit_cosine)(c, p, s, side, w, inv, ux, uy);
+            if (c->cosines) GTAOI_NAME(gtaoi_visit_cosine)(c, p, f, s, side, w, inv, ux, uy);
             else
-                GTAOI_NAME(gtaoi_rise)(c, s, side, w, inv, GV_ADD(GV_MUL(p->w0, inv), tangent), c->orthographic,
+                GTAOI_NAME(gtaoi_rise)(c, f, s, side, w, inv, GV_ADD(GV_MUL(p->w0, inv), tangent), c->orthographic,
                                        c->bounded, 1);
             if (taps) {
                 s->rise[side] = GV_SELECT(within, s->rise[side], before[0]);
@@ -1959,13 +2036,13 @@ typedef struct SUM {
 } SUM;
 
 /* cot h of a side from what the search found. */
-GTAOI_FI V GTAOI_NAME(gtaoi_kappa)(const gtao_context *c, const HORIZONS *s, int side, M *occluded) {
+GTAOI_FI V GTAOI_NAME(gtaoi_kappa)(const gtao_context *c, const FRAME *f, const HORIZONS *s, int side, M *occluded) {
     GTAOI_NO_CONTRACT
     const V zero = GV_SET(0.0f);
-    V tangent = side ? GV_SUB(zero, s->kappa_tangent) : s->kappa_tangent;
-    V start = side ? GV_SUB(zero, s->cos_tangent) : s->cos_tangent, cosine = s->cosine[side];
-    V kappa = GV_ADD(GV_MUL(s->rise[side], s->kappa_scale), tangent);
-    M above = GV_LT(s->floor, s->rise[side]);
+    V tangent = side ? GV_SUB(zero, f->kappa_tangent) : f->kappa_tangent;
+    V start = side ? GV_SUB(zero, f->cos_tangent) : f->cos_tangent, cosine = s->cosine[side];
+    V kappa = GV_ADD(GV_MUL(s->rise[side], f->kappa_scale), tangent);
+    M above = GV_LT(f->floor, s->rise[side]);
     if (c->cosines || c->inv_falloff > 0.0f) {
         M faded = GV_LT(start, cosine);
         if (GM_ANY(faded)) {
@@ -1984,13 +2061,14 @@ GTAOI_FI V GTAOI_NAME(gtaoi_kappa)(const gtao_context *c, const HORIZONS *s, int
  * and for the bent normal, T = T_o o + T_v v = int V (np.w) w |sin|:
  *   T_o = (s1^3 - s0^3) n.v / 3 + (4/3 - c1 - c0 + (c1^3 + c0^3) / 3) n.o,   T_v = (2 - c1^3 - c0^3) n.v / 3 + (s1^3 - s0^3) n.o / 3
  * open: |np| (cos n + n sin n),  T_o = 4/3 n.o,  T_v = 2/3 n.v. */
-GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const PIXEL *p, const SLICE *f, const HORIZONS *s,
-                                          V no, V q, V inv_perp, SUM *sum) {
+GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const PIXEL *p, const FRAME *f, const HORIZONS *s,
+                                          SUM *sum) {
     GTAOI_NO_CONTRACT
     const V zero = GV_SET(0.0f), one = GV_SET(1.0f), half = GV_SET(0.5f), third = GV_SET(1.0f / 3.0f);
+    const V no = f->no, inv_perp = f->inv_perp;
     int uniform = c->d.weighting == GTAO_WEIGHTING_UNIFORM, memo = c->d.estimator == GTAO_ESTIMATOR_MEMO;
     M occluded = GV_LT(one, zero);
-    V k1 = GTAOI_NAME(gtaoi_kappa)(c, s, 0, &occluded), k0 = GTAOI_NAME(gtaoi_kappa)(c, s, 1, &occluded);
+    V k1 = GTAOI_NAME(gtaoi_kappa)(c, f, s, 0, &occluded), k0 = GTAOI_NAME(gtaoi_kappa)(c, f, s, 1, &occluded);
     V jacobian = memo ? one : GV_MUL(inv_perp, inv_perp), n = zero, open, arc;
     if (uniform) open = GV_SET(2.0f);
     else {
@@ -2015,7 +2093,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const PIXEL *p,
         if (c->bent) { /* (T_open - T), subtracted later from that of the open hemisphere; the memo's T itself */
             V to, tv, open_o = GV_MUL(GV_SET(4.0f / 3.0f), no), open_v = GV_MUL(GV_SET(2.0f / 3.0f), p->nv), along;
             if (uniform) { /* T_o = (h1 - h0 - s1 c1 + s0 c0) / 2, T_v = (s0^2 + s1^2) / 2; open at the tangents */
-                V tangent = s->kappa_tangent;
+                V tangent = f->kappa_tangent;
                 open_v = GV_DIV(one, GV_ADD(one, GV_MUL(tangent, tangent)));
                 open_o = GV_SUB(GTAOI_NAME(gtaoi_atan2)(no, p->nv), GV_MUL(tangent, open_v));
                 to = GV_SUB(open_o, GV_MUL(half, between));
@@ -2029,9 +2107,9 @@ GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const PIXEL *p,
             }
             to = GV_IF(occluded, to), tv = GV_IF(occluded, tv);
             if (memo) to = GV_SUB(open_o, to), tv = GV_SUB(open_v, tv);
-            /* o = (b - q r0 / |r0|) / |b_perp|, q = b.r0 / |r0| */
+            /* o = (b - along r0 / |r0|) / |b_perp|, along = b.r0 / |r0| */
             to = GV_MUL(to, GV_MUL(jacobian, inv_perp));
-            along = GV_MUL(q, p->inv_len);
+            along = GV_MUL(f->along, p->inv_len);
             sum->bx = GV_ADD(sum->bx, GV_MUL(to, GV_SUB(f->bx, GV_MUL(along, p->rx))));
             sum->by = GV_ADD(sum->by, GV_MUL(to, GV_SUB(f->by, GV_MUL(along, p->ry))));
             sum->bz = GV_SUB(sum->bz, GV_MUL(to, along));
@@ -2085,13 +2163,35 @@ GTAOI_FN void GTAOI_NAME(gtaoi_derive_normals)(const gtao_context *c, PIXEL *p, 
     p->nx = GV_SELECT(here, nx, p->nx), p->ny = GV_SELECT(here, ny, p->ny), p->nz = GV_SELECT(here, nz, p->nz);
 }
 
-/* The caller's normals to view space, unit length; where there is none, all zero. */
-GTAOI_FI void GTAOI_NAME(gtaoi_load_normals)(const gtao_context *c, PIXEL *p, const float *x, const float *y,
-                                             const float *z) {
+/* The caller's normals of `count` pixels to lanes, [phase][component]. Lanes past the count repeat the last pixel. */
+GTAOI_FN void GTAOI_NAME(gtaoi_read_normals)(const float *from, int components, int period, int count, V n[12]) {
+    float lanes[GTAOI_W];
+    int i, k, p;
+    if (count == period * GTAOI_W && period == 4 && components == 3) {
+        for (k = 0; k < 3; k++) GTAOI_NAME(gtaoi_load4)(from + 4 * k, 12, n + 4 * k);
+        return;
+    }
+    if (count == period * GTAOI_W && components == 4) {
+        for (p = 0; p < period; p++) {
+            V pixel[4];
+            GTAOI_NAME(gtaoi_load4)(from + 4 * p, 4 * period, pixel);
+            for (k = 0; k < 3; k++) n[3 * p + k] = pixel[k];
+        }
+        return;
+    }
+    for (p = 0; p < period; p++)
+        for (k = 0; k < 3; k++) {
+            for (i = 0; i < GTAOI_W; i++) lanes[i] = from[gtaoi_imin(i * period + p, count - 1) * components + k];
+            n[3 * p + k] = GV_LOAD(lanes);
+        }
+}
+
+/* Normals to view space, unit length; where there is none, all zero. */
+GTAOI_FI void GTAOI_NAME(gtaoi_load_normals)(const gtao_context *c, PIXEL *p, V nx, V ny, V nz) {
     GTAOI_NO_CONTRACT
     const V zero = GV_SET(0.0f);
     const float *m = c->to_view;
-    V nx = GV_LOAD(x), ny = GV_LOAD(y), nz = GV_LOAD(z), len2, scale;
+    V len2, scale;
     M valid;
     if (c->transform_normals) {
         V tx = nx, ty = ny, tz = nz;
@@ -2162,9 +2262,9 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slices)(const gtao_context *c, PIXEL *p, const fl
     for (k = 0; k < c->slices; k++) {
         int index = phase * c->slices + k;
         const gtaoi_slice *slice = c->slice + index;
-        SLICE f;
+        FRAME f;
         HORIZONS s;
-        V q, perp2, inv_perp, no, tangent;
+        V perp2, tangent;
         if (c->per_pixel_noise) {
             /* sin(pi u) = cos(pi (u - 1/2)), cos(pi u) = -sin(pi (u - 1/2)) by Taylor's series; error 1e-7 */
             V a = GV_DIV(GV_ADD(GV_SET((float)k), direction), GV_SET((float)c->slices)), aa, sine, cosine;
@@ -2189,25 +2289,25 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slices)(const gtao_context *c, PIXEL *p, const fl
             f.bx = GV_SET(slice->bx), f.by = GV_SET(slice->by), f.bb = GV_SET(slice->bb);
         }
         /* b_perp = b - (b.v) v, o = b_perp / |b_perp|, tan n = n.o / n.v */
-        q = GV_MUL(GV_ADD(GV_MUL(f.bx, p->rx), GV_MUL(f.by, p->ry)), p->inv_len);
-        perp2 = GV_MAX(GV_SUB(f.bb, GV_MUL(q, q)), GV_MUL(f.bb, GV_SET(1e-6f)));
-        inv_perp = GV_DIV(one, GV_SQRT(perp2));
-        no = GV_MUL(GV_ADD(GV_ADD(GV_MUL(p->nx, f.bx), GV_MUL(p->ny, f.by)), GV_MUL(q, p->nv)), inv_perp);
-        tangent = GV_MUL(no, p->inv_nv);
-        s.kappa_tangent = GV_SUB(zero, tangent);
-        s.kappa_scale = GV_MUL(kappa_scale, inv_perp);
-        s.reach = GV_MUL(GV_SET(c->reach), inv_perp);
-        s.floor = GV_MUL(GV_MUL(perp2, inv_perp), floor_scale);
-        s.rise[0] = s.rise[1] = s.floor;
-        s.cos_tangent = s.cosine[0] = s.cosine[1] = zero;
+        f.along = GV_MUL(GV_ADD(GV_MUL(f.bx, p->rx), GV_MUL(f.by, p->ry)), p->inv_len);
+        perp2 = GV_MAX(GV_SUB(f.bb, GV_MUL(f.along, f.along)), GV_MUL(f.bb, GV_SET(1e-6f)));
+        f.inv_perp = GV_DIV(one, GV_SQRT(perp2));
+        f.no = GV_MUL(GV_ADD(GV_ADD(GV_MUL(p->nx, f.bx), GV_MUL(p->ny, f.by)), GV_MUL(f.along, p->nv)), f.inv_perp);
+        tangent = GV_MUL(f.no, p->inv_nv);
+        f.kappa_tangent = GV_SUB(zero, tangent);
+        f.kappa_scale = GV_MUL(kappa_scale, f.inv_perp);
+        f.reach = GV_MUL(GV_SET(c->reach), f.inv_perp);
+        f.floor = GV_MUL(GV_MUL(perp2, f.inv_perp), floor_scale);
+        s.rise[0] = s.rise[1] = f.floor;
+        f.cos_tangent = s.cosine[0] = s.cosine[1] = zero;
         if (c->cosines || c->inv_falloff > 0.0f) {
             V cos_n = GV_DIV(one, GV_SQRT(GV_ADD(one, GV_MUL(tangent, tangent))));
             s.cosine[1] = GV_MUL(tangent, cos_n);
-            s.cosine[0] = s.cos_tangent = GV_SUB(zero, s.cosine[1]);
+            s.cosine[0] = f.cos_tangent = GV_SUB(zero, s.cosine[1]);
         }
         if (c->per_pixel_noise) GTAOI_NAME(gtaoi_search_noise)(c, p, &f, &s, offset, stats);
         else GTAOI_NAME(gtaoi_search_table)(c, p, &f, &s, at, index, key, keys, active, x, y, stats);
-        GTAOI_NAME(gtaoi_integrate)(c, p, &f, &s, no, q, inv_perp, &sum);
+        GTAOI_NAME(gtaoi_integrate)(c, p, &f, &s, &sum);
     }
     open = sum.open;
     if (c->d.estimator == GTAO_ESTIMATOR_MEMO) open = GV_SET((float)c->slices * (cosine_weighted ? 1.0f : 2.0f));
@@ -2246,7 +2346,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
         const float *row = gtaoi_row(c, y);
         V ry = GV_SET(c->orthographic ? 0.0f : ((float)y + 0.5f - c->cy) * c->by1);
         for (x0 = 0; x0 < d->width; x0 += span) {
-            float n[3][BLOCK], wanted[BLOCK], lanes[4][BLOCK];
+            float wanted[BLOCK], image_v[BLOCK], image_b[3 * BLOCK];
+            V n[12], v[4], b[12]; /* normals and bent normals: [phase][component] */
             int count = gtaoi_imin(span, d->width - x0), j;
             if (mask || count < span) {
                 for (p = 0; p < period; p++)
@@ -2255,11 +2356,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
             }
             if (normals) {
                 const float *from = (const float *)(const void *)normals + (ptrdiff_t)x0 * components;
-                for (p = 0; p < period; p++)
-                    for (i = 0, j = p; i < GTAOI_W; i++, j += period) {
-                        const float *pixel = from + gtaoi_imin(j, count - 1) * components;
-                        n[0][p * GTAOI_W + i] = pixel[0], n[1][p * GTAOI_W + i] = pixel[1], n[2][p * GTAOI_W + i] = pixel[2];
-                    }
+                GTAOI_NAME(gtaoi_read_normals)(from, components, period, count, n);
             }
             for (p = 0; p < period; p++) {
                 const float *at = row + (ptrdiff_t)p * c->segment + GTAOI_PAD + x0 / period;
@@ -2293,7 +2390,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
 
                 px.nx = px.ny = px.nz = zero;
                 if (c->bent || GM_ANY(active)) {
-                    if (normals) GTAOI_NAME(gtaoi_load_normals)(c, &px, n[0] + p * GTAOI_W, n[1] + p * GTAOI_W, n[2] + p * GTAOI_W);
+                    if (normals) GTAOI_NAME(gtaoi_load_normals)(c, &px, n[3 * p], n[3 * p + 1], n[3 * p + 2]);
                     missing = GM_AND(GM_AND(GV_EQ(px.nx, zero), GV_EQ(px.ny, zero)), GV_EQ(px.nz, zero));
                     if (GM_ANY(GM_AND(missing, solid))) {
                         stats->derived_normals += (uint64_t)gtaoi_popcount(GM_BITS(GM_AND(missing, active)));
@@ -2308,13 +2405,23 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                     GTAOI_NAME(gtaoi_face)(c, &px);
                     GTAOI_NAME(gtaoi_slices)(c, &px, at, x0 + p, y, active, &visible, stats);
                 }
-                GV_STORE(lanes[0] + p * GTAOI_W, visible);
-                GV_STORE(lanes[1] + p * GTAOI_W, px.nx);
-                GV_STORE(lanes[2] + p * GTAOI_W, px.ny);
-                GV_STORE(lanes[3] + p * GTAOI_W, px.nz);
+                v[p] = visible;
+                b[3 * p] = px.nx, b[3 * p + 1] = px.ny, b[3 * p + 2] = px.nz;
+            }
+            if (period == 4) {
+                GTAOI_NAME(gtaoi_store4)(image_v, 4, v);
+                if (c->bent)
+                    for (i = 0; i < 3; i++) GTAOI_NAME(gtaoi_store4)(image_b + 4 * i, 12, b + 4 * i);
+            } else {
+                GV_STORE(image_v, v[0]);
+                for (j = 0; c->bent && j < 3; j++) {
+                    float component[GTAOI_W];
+                    GV_STORE(component, b[j]);
+                    for (i = 0; i < GTAOI_W; i++) image_b[3 * i + j] = component[i];
+                }
             }
             stats->pixels += (uint64_t)count;
-            gtaoi_store(c, x0, y, count, lanes[0], BLOCK, GTAOI_W);
+            gtaoi_store(c, x0, y, count, image_v, image_b);
         }
     }
 }
@@ -2325,7 +2432,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
 #undef V
 #undef M
 #undef PIXEL
-#undef SLICE
+#undef FRAME
 #undef HORIZONS
 #undef SUM
 #undef GV_SET
