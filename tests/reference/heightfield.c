@@ -7,11 +7,14 @@
 
 /* Two pixels show one surface when each lies this near to the other's tangent plane, in pixel footprints. */
 static const double surface_tolerance = 1.0;
+/* A tangent plane is not followed further than this towards or away from the viewer, in pixel footprints. */
+static const double plane_limit = 4.0;
 /* A march over a repeating or clamped image has no end of its own; this is in image diagonals. */
 static const double march_limit = 4.0;
 
 typedef struct texel {
     int present;
+    int beyond;  /* outside an image that ends at its border: not present */
     int outside; /* repeats an edge pixel, so its tangent plane says nothing */
     double u, v; /* pixel coordinates of the centre */
     double position[3];
@@ -47,8 +50,10 @@ static texel fetch(const ref_image *image, ref_border border, int x, int y) {
     texel p = {0};
     int from_x = x, from_y = y;
     if (x < 0 || y < 0 || x >= image->width || y >= image->height) {
-        if (border == REF_BORDER_OPEN)
+        if (border == REF_BORDER_OPEN) {
+            p.beyond = 1;
             return p;
+        }
         if (border == REF_BORDER_WRAP) {
             from_x = wrapped(x, image->width);
             from_y = wrapped(y, image->height);
@@ -79,28 +84,34 @@ static int same_surface(const texel *a, const texel *b) {
     return fabs(dot(a->normal, step)) <= reach && fabs(dot(b->normal, step)) <= reach;
 }
 
-/* What is linear over a plane: 1/z in perspective, z otherwise. */
+/* What is linear over a plane: 1/z in perspective, z otherwise; and back. */
 static double planar(const ref_image *image, double z) {
     return image->orthographic ? z : 1.0 / z;
 }
 
-/* The same at (u, v), of the plane through a pixel with the pixel's normal. It may recede without end but comes forward
- * within bounds, as the normals at silhouettes are edge-on. */
-static double plane_at(const ref_image *image, const texel *p, double u, double v) {
+/* The same at (u, v), of the plane through a pixel with the pixel's normal; of the pixel itself where that leads off by
+ * so many footprints that the normal is hardly that of the surface, as at silhouettes and in corners. */
+static double plane_at(const ref_image *image, const texel *p, double u, double v, double limit_px) {
     const double z = p->position[2];
+    double value, limit = limit_px * p->footprint;
     if (p->outside)
         return planar(image, z);
     if (image->orthographic) {
         const double du = (u - p->u) * image->sx, dv = (v - p->v) * image->sy;
-        return z - fmin(1000.0 * p->footprint, (p->normal[0] * du + p->normal[1] * dv) / p->normal[2]);
+        value = z - (p->normal[0] * du + p->normal[1] * dv) / p->normal[2];
+    } else {
+        const double ray[3] = {(u - image->cx) / image->fx, (v - image->cy) / image->fy, 1.0};
+        value = dot(p->normal, ray) / dot(p->normal, p->position);
+        limit /= z * z;
     }
-    const double ray[3] = {(u - image->cx) / image->fx, (v - image->cy) / image->fy, 1.0};
-    return fmin(2.0 / z, dot(p->normal, ray) / dot(p->normal, p->position));
+    return fabs(value - planar(image, z)) <= limit ? value : planar(image, z);
 }
 
-/* The surface at (u, v): bilinear between the pixels around it that belong to the nearest one's surface, the nearest
- * one's tangent plane standing in for the others. */
-static int surface_at(const ref_image *image, ref_border border, double u, double v, double position[3]) {
+/* The surface on the screen line through (u, v) along (du, dv). Where the pixels around belong to one surface: bilinear
+ * between them, at (u, v). Otherwise the nearest pixel, which is known at its centre only: its tangent plane at the
+ * point of the line beside that centre, so that no surface reaches further along the line than has been seen. */
+static int surface_at(const ref_image *image, ref_border border, double u, double v, double du, double dv,
+                      double position[3]) {
     const double left = floor(u - 0.5), top = floor(v - 0.5);
     const double a = u - 0.5 - left, b = v - 0.5 - top;
     const int x = (int)left, y = (int)top;
@@ -108,33 +119,39 @@ static int surface_at(const ref_image *image, ref_border border, double u, doubl
     const texel nearest = fetch(image, border, near_x, near_y);
     if (!nearest.present)
         return 0;
-    double sum = 0.0;
+    double value = 0.0, limit_px = INFINITY;
+    int one_surface = 1;
     for (int j = 0; j < 2; j++) {
         for (int i = 0; i < 2; i++) {
             const double weight = (i ? a : 1.0 - a) * (j ? b : 1.0 - b);
             if (weight == 0.0)
                 continue;
-            double value = planar(image, nearest.position[2]);
-            if (x + i != near_x || y + j != near_y) {
-                const texel other = fetch(image, border, x + i, y + j);
-                if (other.present && same_surface(&nearest, &other))
-                    value = planar(image, other.position[2]);
-                else
-                    value = plane_at(image, &nearest, x + i + 0.5, y + j + 0.5);
+            const texel other = fetch(image, border, x + i, y + j);
+            if (other.beyond) { /* a surface at the edge of the image goes on for the rest of its pixel */
+                value += weight * plane_at(image, &nearest, x + i + 0.5, y + j + 0.5, INFINITY);
+                continue;
             }
-            sum += weight * value;
+            if (!other.present) {
+                one_surface = 0;
+            } else if (!same_surface(&nearest, &other)) {
+                one_surface = 0;
+                limit_px = plane_limit;
+            } else {
+                value += weight * planar(image, other.position[2]);
+            }
         }
     }
-    if (!image->orthographic && sum <= 0.0)
+    if (!one_surface) {
+        const double along = (nearest.u - u) * du + (nearest.v - v) * dv;
+        u += along * du;
+        v += along * dv;
+        value = plane_at(image, &nearest, u, v, limit_px);
+    }
+    if (!image->orthographic && value <= 0.0)
         return 0; /* past the plane's horizon */
-    position_at(image, u, v, image->orthographic ? sum : 1.0 / sum, position);
+    position_at(image, u, v, planar(image, value), position);
     return 1;
 }
-
-typedef struct slice_side {
-    double cos_limit; /* of the tangent plane's horizon */
-    double horizon;   /* unsigned angle from the view vector */
-} slice_side;
 
 /* Largest cosine between the view vector and the samples along one side of a slice. */
 static double march(const ref_image *image, const ref_settings *settings, const double center[3], const double view[3],
@@ -160,11 +177,11 @@ static double march(const ref_image *image, const ref_settings *settings, const 
                 break;
         }
         double position[3];
-        if (!surface_at(image, settings->border, u, v, position))
+        if (!surface_at(image, settings->border, u, v, du, dv, position))
             continue;
         const double to[3] = {position[0] - center[0], position[1] - center[1], position[2] - center[2]};
         const double reach = length(to);
-        if (reach > settings->radius || reach == 0.0)
+        if (reach > settings->radius || reach < 1e-9 * distance) /* the pixel itself */
             continue;
         const double cosine = dot(to, view) / reach;
         double weight = 1.0;
@@ -244,17 +261,22 @@ double ref_heightfield(const ref_image *image, const ref_settings *settings, int
             h[side] = n + limited;
         }
 
-        total += azimuth;
-        if (settings->uniform) {
-            visible += azimuth * 0.5 * (2.0 - cos(h[0]) - cos(h[1]));
-        } else {
-            visible += azimuth * projected * (arc_integral(h[0], n) + arc_integral(h[1], n));
-        }
         /* |sin(theta)| is -sin(theta) on side 0, and the range runs upwards there to 0. */
-        const double to = arc_integral_o(h[1], n) + arc_integral_o(h[0], n);
-        const double tv = arc_integral_v(h[1], n) + arc_integral_v(h[0], n);
+        double to = 0.0, tv = 0.0;
+        for (int side = 0; side < 2; side++) {
+            if (settings->uniform) {
+                visible += azimuth * 0.5 * (1.0 - cos(h[side]));
+                to += 0.5 * (h[side] - sin(h[side]) * cos(h[side]));
+                tv += 0.5 * sin(h[side]) * sin(h[side]);
+            } else {
+                visible += azimuth * projected * arc_integral(h[side], n);
+                to += projected * arc_integral_o(h[side], n);
+                tv += projected * arc_integral_v(h[side], n);
+            }
+        }
+        total += azimuth;
         for (int i = 0; i < 3; i++)
-            sum[i] += azimuth * projected * (to * o[i] + tv * view[i]);
+            sum[i] += azimuth * (to * o[i] + tv * view[i]);
     }
     if (bent) {
         const double size = length(sum);

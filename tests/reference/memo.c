@@ -40,6 +40,11 @@ static float clamp(float x, float low, float high) {
     return x < low ? low : x > high ? high : x;
 }
 
+/* Nearest whole number, halves away from zero, also halves that rounding has made a little less. */
+static int nearest(float a) {
+    return (int)(a + (a < 0.0f ? -0.500001f : 0.500001f));
+}
+
 void memo_noise(unsigned frame, float direction[16], float offset[16]) {
     static const float rotations[6] = {60.0f, 300.0f, 180.0f, 240.0f, 120.0f, 0.0f};
     static const float offsets[4] = {0.0f, 0.5f, 0.25f, 0.75f};
@@ -47,8 +52,8 @@ void memo_noise(unsigned frame, float direction[16], float offset[16]) {
         for (int x = 0; x < 4; x++) {
             const float spatial = (1.0f / 16.0f) * (float)((((x + y) & 3) << 2) + (x & 3));
             float temporal = rotations[frame % 6] / 360.0f;
-            /* As printed, odd frames would repeat the directions of even ones: half a sixteenth times 1/6 apart. */
-            if (frame % 2)
+            /* As printed, the six rotations give 48 directions twice. */
+            if (frame % 6 >= 3)
                 temporal += 1.0f / 96.0f;
             direction[4 * y + x] = spatial + temporal - floorf(spatial + temporal);
             offset[4 * y + x] = 0.25f * (float)((y - x) & 3) + 0.25f * offsets[frame / 6 % 4];
@@ -82,10 +87,15 @@ void memo_gtao(int width, int height, const float *z, const float *normals, floa
             const vec3 eye = {-cPosV.x, -cPosV.y, -cPosV.z};
             const vec3 viewV = normalize(eye);
 
-            /* The radius in pixels, in steps of an eighth of an octave, under the cap. */
-            float radius_px = settings->radius * focal_px / cPosV.z;
-            radius_px = exp2f(ceilf(8.0f * log2f(radius_px)) / 8.0f);
-            radius_px = fminf(radius_px, (float)settings->max_radius_px);
+            /* The radius in pixels, radially, which is the longer way off axis; in steps of an eighth of an octave. */
+            int exponent;
+            const float extent = settings->radius * length(cPosV) / (cPosV.z * cPosV.z);
+            if (extent * focal_px < 1.0f) {
+                visibility[at] = 1.0f;
+                continue;
+            }
+            const float steps = floorf(16.0f * frexpf(extent, &exponent)) + 1.0f;
+            const float radius_px = fminf(ldexpf(steps / 16.0f, exponent) * focal_px, (float)settings->max_radius_px);
 
             float sum = 0.0f;
             for (int slice = 0; slice < settings->slices; slice++) {
@@ -110,8 +120,8 @@ void memo_gtao(int width, int height, const float *z, const float *normals, floa
                     for (int sample = 0; sample < settings->steps; sample++) {
                         const float s = ((float)sample + offset[tile]) / (float)settings->steps;
                         const float t = 1.0f + (radius_px - 1.0f) * s * s;
-                        const int sx = x + (int)sign * (int)floorf(t * omega[0] + 0.5f);
-                        const int sy = y + (int)sign * (int)floorf(t * omega[1] + 0.5f);
+                        const int sx = x + (int)sign * nearest(t * omega[0]);
+                        const int sy = y + (int)sign * nearest(t * omega[1]);
                         vec3 sPosV;
                         if (sx < 0 || sy < 0 || sx >= width || sy >= height)
                             continue;

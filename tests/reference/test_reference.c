@@ -261,7 +261,7 @@ static void wall(void **state) {
             for (int y = 0; y < SIZE; y++) {
                 for (int x = 0; x < SIZE; x++) {
                     const int at = y * SIZE + x;
-                    image.z[at] = (float)(x < x0 + distance ? 1000.0 : 1000.0 - (distance - 0.5) * tan(b));
+                    image.z[at] = (float)(x < x0 + distance ? 1000.0 : 1000.0 - distance * tan(b));
                     image.normals[3 * at + 2] = -1.0f;
                 }
             }
