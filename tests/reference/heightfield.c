@@ -119,7 +119,7 @@ static int surface_at(const ref_image *image, ref_border border, double u, doubl
     const texel nearest = fetch(image, border, near_x, near_y);
     if (!nearest.present)
         return 0;
-    double value = 0.0, limit_px = INFINITY;
+    double value = 0.0, limit_px = HUGE_VAL;
     int one_surface = 1;
     for (int j = 0; j < 2; j++) {
         for (int i = 0; i < 2; i++) {
@@ -128,7 +128,7 @@ static int surface_at(const ref_image *image, ref_border border, double u, doubl
                 continue;
             const texel other = fetch(image, border, x + i, y + j);
             if (other.beyond) { /* a surface at the edge of the image goes on for the rest of its pixel */
-                value += weight * plane_at(image, &nearest, x + i + 0.5, y + j + 0.5, INFINITY);
+                value += weight * plane_at(image, &nearest, x + i + 0.5, y + j + 0.5, HUGE_VAL);
                 continue;
             }
             if (!other.present) {

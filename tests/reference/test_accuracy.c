@@ -226,7 +226,7 @@ static void check_pixel_within(const ref_image *img, double radius, int x, int y
 
 static void check_pixel(const ref_image *img, int x, int y, double visibility, const double bent[3],
                         double tolerance_degrees, const char *what, double parameter) {
-    check_pixel_within(img, INFINITY, x, y, visibility, 0.005, bent, tolerance_degrees, what, parameter);
+    check_pixel_within(img, HUGE_VAL, x, y, visibility, 0.005, bent, tolerance_degrees, what, parameter);
 }
 
 static void grooves_orthographic(void **state) {
@@ -263,7 +263,7 @@ static void pit_apex(void **state) {
         ref_render(&img, NULL, &pit, 1);
         img.z[50 * 101 + 50] = 100.0f;
         set_normal(&img, 50, 50, up);
-        check_pixel_within(&img, INFINITY, 50, 50, cos(b) * cos(b), 0.03, up, 0.05, "apex of a pit", beta);
+        check_pixel_within(&img, HUGE_VAL, 50, 50, cos(b) * cos(b), 0.03, up, 0.05, "apex of a pit", beta);
         ref_image_free(&img);
     }
 }
