@@ -360,7 +360,8 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #define GTAOI_PI 3.14159265358979323846
 #define GTAOI_SKY (-1099511627776.0f)       /* -2^40: height of sky and of anything invalid; rises above nothing */
 #define GTAOI_SKY_LIMIT (-549755813888.0f)  /* -2^39: heights below are sky */
-#define GTAOI_W_LIMIT 1048576.0f            /* 2^20: radius / z is held in 2^-20 .. 2^20 */
+#define GTAOI_W_MIN 8.67361738e-19f         /* 2^-60: least height that is not sky, in units of 1 / radius */
+#define GTAOI_W_MAX 1048576.0f              /* 2^20: greatest height */
 #define GTAOI_ORTHO_LIMIT 274877906944.0f   /* 2^38: orthographic heights, in pixels */
 #define GTAOI_KAPPA_LIMIT 1099511627776.0f  /* 2^40: cotangent of a horizon, so that products stay finite */
 #define GTAOI_RISE_MIN 2.44140625e-4f       /* 2^-12: a rise in cot h above the tangent plane that is rounding; 1e-7 in visibility */
@@ -480,18 +481,13 @@ GTAO_API void gtao_sincos(float a_rad, float *sine, float *cosine) {
 GTAO_API float gtao_atan2(float y, float x) {
     GTAOI_NO_CONTRACT
     float ay = y < 0.0f ? -y : y, ax = x < 0.0f ? -x : x;
-    float hi = gtaoi_max(ax, ay), lo = gtaoi_min(ax, ay), q, qq, p;
+    float hi = gtaoi_max(ax, ay), lo = gtaoi_min(ax, ay), q, qq, q4, p;
     if (!(hi > 0.0f)) return 0.0f;
     q = lo / hi;
     qq = q * q;
-    p = 0.0028662257f;
-    p = p * qq - 0.0161657367f;
-    p = p * qq + 0.0429096138f;
-    p = p * qq - 0.0752896400f;
-    p = p * qq + 0.1065626393f;
-    p = p * qq - 0.1420889944f;
-    p = p * qq + 0.1999355085f;
-    p = p * qq - 0.3333314528f;
+    q4 = qq * qq;
+    p = (-0.3333314528f + qq * 0.1999355085f) + q4 * (-0.1420889944f + qq * 0.1065626393f);
+    p = p + q4 * q4 * ((-0.0752896400f + qq * 0.0429096138f) + q4 * (-0.0161657367f + qq * 0.0028662257f));
     p = p * qq * q + q;
     if (ay > ax) p = 1.57079633f - p;
     if (x < 0.0f) p = 3.14159265f - p;
@@ -532,7 +528,7 @@ GTAO_API float gtao_multi_bounce(float visibility, float albedo) {
     GTAOI_NO_CONTRACT
     float a = 2.0404f * albedo - 0.3324f, b = -4.7951f * albedo + 0.6417f, c = 2.7552f * albedo + 0.6903f;
     float x = visibility;
-    return gtaoi_max(x, ((x * a + b) * x + c) * x);
+    return gtaoi_min(gtaoi_max(x, ((x * a + b) * x + c) * x), 1.0f); /* 1.0001 at visibility and albedo 1 */
 }
 
 GTAO_API void gtao_multi_bounce_rgb(float visibility, const float albedo[3], float rgb[3]) {
@@ -693,7 +689,6 @@ struct gtao_context {
     int cosines;          /* the search takes every cosine: memo estimator, thickness heuristic */
     int bent;             /* bent normals are wanted */
     float extent_min, extent_max; /* of the sphere of the radius on the plane z = 1 (orthographic: in pixels) */
-    float extent;                 /* orthographic: the same everywhere */
     float max_radius;             /* cap in pixels */
     float bx1, by1, cx, cy;       /* r = ((x + 0.5 - cx) bx1, (y + 0.5 - cy) by1, 1); orthographic: (0, 0, 1) */
     float reach;                  /* radius / unit */
@@ -703,6 +698,7 @@ struct gtao_context {
     float w_scale, w_bias;        /* device depth or height to w */
     float w_numerator;            /* linear depth: w = w_numerator / z */
     float w_far;                  /* w at or below is sky */
+    float w_max;                  /* greater ones are held there: nothing overflows */
     float z_sky;                  /* z at or beyond is sky */
     float to_view[9];             /* normal_axes * normal_to_view */
     int transform_normals;
@@ -1094,7 +1090,8 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
     cam = &c->d.camera;
     c->orthographic = cam->projection == GTAO_ORTHOGRAPHIC;
     c->bounded = desc->radius < 1e30f;
-    unit = c->orthographic ? cam->sx : c->bounded ? gtaoi_max(desc->radius, 1e-30f) : 1.0f;
+    unit = c->orthographic ? cam->sx : c->bounded && desc->radius >= 1e-30f ? desc->radius : 1.0f;
+    c->w_max = c->bounded ? GTAOI_W_MAX : 1.0f / GTAOI_W_MIN;
     c->reach = gtaoi_min(desc->radius / unit, 1e18f); /* its square is finite */
     c->inner2 = (1.0f - desc->falloff) * (1.0f - desc->falloff);
     c->cosines = desc->estimator == GTAO_ESTIMATOR_MEMO || desc->thin_blend > 0.0f;
@@ -1103,7 +1100,6 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
     c->z_sky = desc->sky_z > 0.0f ? desc->sky_z : (float)HUGE_VAL;
     if (c->orthographic) {
         float sign = desc->depth_kind == GTAO_DEPTH_HEIGHT ? 1.0f : -1.0f;
-        c->extent = desc->radius / unit;
         c->w_scale = sign / unit;
         c->w_far = -GTAOI_ORTHO_LIMIT;
         c->bx1 = 1.0f, c->by1 = gtaoi_sy(cam) / cam->sx;
@@ -1626,8 +1622,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
                 if (c->orthographic) {
                     height = GV_MAX(GV_MIN(height, GV_SET(GTAOI_ORTHO_LIMIT)), GV_SET(-GTAOI_ORTHO_LIMIT));
                 } else {
-                    visible = GM_AND(visible, GV_LT(GV_SET(1.0f / GTAOI_W_LIMIT), height));
-                    height = GV_MIN(height, GV_SET(GTAOI_W_LIMIT));
+                    visible = GM_AND(visible, GV_LT(GV_SET(GTAOI_W_MIN), height));
+                    height = GV_MIN(height, GV_SET(c->w_max));
                 }
                 GV_STORE(out + i, GV_SELECT(visible, height, sky));
             }
@@ -1662,11 +1658,14 @@ typedef struct PIXEL {
     V w0;          /* height in the buffer */
     V rx, ry;      /* r0 = (rx, ry, 1) */
     V len, inv_len; /* |r0| */
+    V inv_w0;
     V nx, ny, nz;  /* unit normal, n.v > 0 */
     V nv, inv_nv;  /* n.v */
     V gx, gy;      /* gradient of w on the tangent plane, per pixel */
-    V x, y;        /* pixel coordinates */
-    V extent;      /* of the radius, on the plane z = 1 (orthographic: in pixels) */
+    V x, y;         /* pixel coordinates */
+    V extent;       /* of the radius, on the plane z = 1 (orthographic: in pixels) */
+    V key;          /* its class: the extent with its mantissa cut */
+    V direction, offset; /* per-pixel noise */
 } PIXEL;
 
 /* A slice as its pixels see it. The direction is the same for all lanes or not. */
@@ -1682,6 +1681,7 @@ typedef struct FRAME {
     V reach;         /* radius / |b_perp|: t^2 (1 + cot^2 h) <= (reach w)^2 lies within the radius */
     V cos_tangent;   /* cosine of the tangent plane's horizon on the + side: -sin n; the - side's is its negative */
     V floor;         /* rises below are rounding, GTAOI_RISE_MIN of cot h */
+    V n, open;       /* angle n, and the integral over the open slice: |np| (cos n + n sin n), uniform: 2 */
 } FRAME;
 
 /* What the search of a slice finds, on its + and - side. */
@@ -1883,17 +1883,19 @@ GTAOI_FI int GTAOI_NAME(gtaoi_first)(unsigned bits) {
     return lane;
 }
 
-/* Search one slice of a group whose lanes share directions: lanes by radius class. `key` holds the classes' bits. */
+/* Search one slice of a group whose lanes share directions: lanes by radius class. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
-                                             const float *at, int index, V key, const float *keys, M active, int x,
-                                             int y, gtao_stats *stats) {
+                                             const float *at, int index, M active, int x, int y,
+                                             gtao_stats *stats) {
     const int *count = c->count + (size_t)index * (size_t)c->classes;
     int begin = 0, i, n, whole = 1;
+    float keys[GTAOI_W];
+    GV_STORE(keys, p->key);
     for (; GM_ANY(active); whole = 0) {
         unsigned bits = GM_BITS(active);
         int first = GTAOI_NAME(gtaoi_first)(bits), k = gtaoi_class(c, keys[first]);
         HORIZONS found;
-        M lanes = GM_AND(active, GV_EQ(key, GV_SET(keys[first]))), chosen = lanes;
+        M lanes = GM_AND(active, GV_EQ(p->key, GV_SET(keys[first]))), chosen = lanes;
         const gtaoi_sample *q;
         n = count[k];
         if (c->every_pixel) {
@@ -1902,7 +1904,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const PIXEL 
             for (i = first + 1; i < GTAOI_W; i++) {
                 if (!(bits >> i & 1) || count[gtaoi_class(c, keys[i])] >= n) continue;
                 n = count[gtaoi_class(c, keys[i])];
-                lanes = GM_AND(active, GV_EQ(key, GV_SET(keys[i])));
+                lanes = GM_AND(active, GV_EQ(p->key, GV_SET(keys[i])));
             }
             chosen = active;
         } else {
@@ -1948,7 +1950,7 @@ GTAOI_FI V GTAOI_NAME(gtaoi_fetch)(const gtao_context *c, V x, V y) {
 
 /* Search one slice of a group with a direction and an offset for each pixel. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
-                                             V offset, gtao_stats *stats) {
+                                             gtao_stats *stats) {
     GTAOI_NO_CONTRACT
     const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
     V ax = GV_ABS(f->dx), ay = GV_ABS(f->dy), unit = GV_MAX(ax, ay), radius, steps;
@@ -1958,7 +1960,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const PIXEL 
     radius = GV_DIV(p->extent, GV_SQRT(f->bb));
     radius = GV_MIN(GV_MAX(radius, one), GV_SET(c->max_radius));
     steps = GV_MAX(GTAOI_NAME(gtaoi_floor)(GV_MUL(radius, unit)), one);
-    GV_STORE(level, offset);
+    GV_STORE(level, p->offset);
     if (taps) {
         GV_STORE(position, steps);
         for (n = 1, i = 0; i < GTAOI_W; i++) n = gtaoi_imax(n, (int)position[i]);
@@ -2014,15 +2016,12 @@ GTAOI_FI V GTAOI_NAME(gtaoi_atan2)(V y, V x) {
     GTAOI_NO_CONTRACT
     const V zero = GV_SET(0.0f);
     V ay = GV_ABS(y), ax = GV_ABS(x), q = GV_DIV(GV_MIN(ax, ay), GV_MAX(ax, ay)), qq = GV_MUL(q, q);
-    V a = GV_SET(0.0028662257f);
-    a = GV_SUB(GV_MUL(a, qq), GV_SET(0.0161657367f));
-    a = GV_ADD(GV_MUL(a, qq), GV_SET(0.0429096138f));
-    a = GV_SUB(GV_MUL(a, qq), GV_SET(0.0752896400f));
-    a = GV_ADD(GV_MUL(a, qq), GV_SET(0.1065626393f));
-    a = GV_SUB(GV_MUL(a, qq), GV_SET(0.1420889944f));
-    a = GV_ADD(GV_MUL(a, qq), GV_SET(0.1999355085f));
-    a = GV_SUB(GV_MUL(a, qq), GV_SET(0.3333314528f));
-    a = GV_ADD(GV_MUL(GV_MUL(a, qq), q), q);
+    V q4 = GV_MUL(qq, qq), q8 = GV_MUL(q4, q4), a, low, high;
+    low = GV_ADD(GV_ADD(GV_SET(-0.3333314528f), GV_MUL(qq, GV_SET(0.1999355085f))),
+                 GV_MUL(q4, GV_ADD(GV_SET(-0.1420889944f), GV_MUL(qq, GV_SET(0.1065626393f)))));
+    high = GV_ADD(GV_ADD(GV_SET(-0.0752896400f), GV_MUL(qq, GV_SET(0.0429096138f))),
+                  GV_MUL(q4, GV_ADD(GV_SET(-0.0161657367f), GV_MUL(qq, GV_SET(0.0028662257f)))));
+    a = GV_ADD(GV_MUL(GV_MUL(GV_ADD(low, GV_MUL(q8, high)), qq), q), q);
     a = GV_SELECT(GV_LT(ax, ay), GV_SUB(GV_SET(1.57079633f), a), a);
     a = GV_SELECT(GV_LT(x, zero), GV_SUB(GV_SET(3.14159265f), a), a);
     return GV_SELECT(GV_LT(y, zero), GV_SUB(zero, a), a);
@@ -2032,7 +2031,9 @@ GTAOI_FI V GTAOI_NAME(gtaoi_atan2)(V y, V x) {
 #define SUM GTAOI_NAME(gtaoi_sum)
 typedef struct SUM {
     V visible, open;   /* sum J a, sum J a of an open surface */
-    V bx, by, bz, bv;  /* sum J (T_open - T), the memo's sum T: along the slices, and along the view vector */
+    V jacobian_open;   /* the latter with the Jacobian, whatever the estimator */
+    V bx, by, bz, bv;  /* sum J (T_open - T): along the slices, and along the view vector */
+    M occluded;        /* pixels that see anything but sky */
 } SUM;
 
 /* cot h of a side from what the search found. */
@@ -2069,14 +2070,9 @@ GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const PIXEL *p,
     int uniform = c->d.weighting == GTAO_WEIGHTING_UNIFORM, memo = c->d.estimator == GTAO_ESTIMATOR_MEMO;
     M occluded = GV_LT(one, zero);
     V k1 = GTAOI_NAME(gtaoi_kappa)(c, f, s, 0, &occluded), k0 = GTAOI_NAME(gtaoi_kappa)(c, f, s, 1, &occluded);
-    V jacobian = memo ? one : GV_MUL(inv_perp, inv_perp), n = zero, open, arc;
-    if (uniform) open = GV_SET(2.0f);
-    else {
-        n = GTAOI_NAME(gtaoi_atan2)(no, p->nv);
-        open = GV_ADD(p->nv, GV_MUL(n, no));
-    }
+    V jacobian = GV_MUL(inv_perp, inv_perp), weight = memo ? one : jacobian, open = f->open, arc;
     arc = open;
-    if (GM_ANY(occluded) || (memo && c->bent)) {
+    if (GM_ANY(occluded)) {
         V rho1 = GV_ADD(one, GV_MUL(k1, k1)), rho0 = GV_ADD(one, GV_MUL(k0, k0));
         V c1 = zero, c0 = zero, s1 = zero, s0 = zero, ss1 = GV_DIV(one, rho1), ss0 = GV_DIV(one, rho0), between = zero;
         if (uniform || c->bent) {
@@ -2090,12 +2086,11 @@ GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const PIXEL *p,
         if (uniform) arc = GV_SUB(GV_SUB(open, c1), c0);
         else arc = GV_MUL(half, GV_ADD(GV_MUL(GV_ADD(ss0, ss1), p->nv), GV_MUL(between, no)));
         arc = GV_SELECT(occluded, arc, open);
-        if (c->bent) { /* (T_open - T), subtracted later from that of the open hemisphere; the memo's T itself */
-            V to, tv, open_o = GV_MUL(GV_SET(4.0f / 3.0f), no), open_v = GV_MUL(GV_SET(2.0f / 3.0f), p->nv), along;
-            if (uniform) { /* T_o = (h1 - h0 - s1 c1 + s0 c0) / 2, T_v = (s0^2 + s1^2) / 2; open at the tangents */
-                V tangent = f->kappa_tangent;
-                open_v = GV_DIV(one, GV_ADD(one, GV_MUL(tangent, tangent)));
-                open_o = GV_SUB(GTAOI_NAME(gtaoi_atan2)(no, p->nv), GV_MUL(tangent, open_v));
+        if (c->bent) { /* T_open - T, subtracted later from that of the open hemisphere */
+            V to, tv, along;
+            if (uniform) { /* T_o = (h1 - h0 - s1 c1 + s0 c0) / 2, T_v = (s0^2 + s1^2) / 2; open: n + sin n cos n, cos^2 n */
+                V open_v = GV_DIV(one, GV_ADD(one, GV_MUL(f->kappa_tangent, f->kappa_tangent)));
+                V open_o = GV_SUB(GTAOI_NAME(gtaoi_atan2)(no, p->nv), GV_MUL(f->kappa_tangent, open_v));
                 to = GV_SUB(open_o, GV_MUL(half, between));
                 tv = GV_SUB(open_v, GV_MUL(half, GV_ADD(ss0, ss1)));
             } else {
@@ -2106,7 +2101,6 @@ GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const PIXEL *p,
                 tv = GV_SUB(GV_MUL(cc, p->nv), GV_MUL(ds, no));
             }
             to = GV_IF(occluded, to), tv = GV_IF(occluded, tv);
-            if (memo) to = GV_SUB(open_o, to), tv = GV_SUB(open_v, tv);
             /* o = (b - along r0 / |r0|) / |b_perp|, along = b.r0 / |r0| */
             to = GV_MUL(to, GV_MUL(jacobian, inv_perp));
             along = GV_MUL(f->along, p->inv_len);
@@ -2116,8 +2110,10 @@ GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const PIXEL *p,
             sum->bv = GV_ADD(sum->bv, GV_MUL(tv, jacobian));
         }
     }
-    sum->visible = GV_ADD(sum->visible, GV_MUL(jacobian, arc));
-    sum->open = GV_ADD(sum->open, GV_MUL(jacobian, open));
+    sum->visible = GV_ADD(sum->visible, GV_MUL(weight, arc));
+    sum->open = GV_ADD(sum->open, GV_MUL(weight, open));
+    sum->jacobian_open = GV_ADD(sum->jacobian_open, GV_MUL(jacobian, open));
+    sum->occluded = GM_OR(sum->occluded, occluded);
 }
 
 /* ---- normals ------------------------------------------------------------------------------------------------------ */
@@ -2163,27 +2159,27 @@ GTAOI_FN void GTAOI_NAME(gtaoi_derive_normals)(const gtao_context *c, PIXEL *p, 
     p->nx = GV_SELECT(here, nx, p->nx), p->ny = GV_SELECT(here, ny, p->ny), p->nz = GV_SELECT(here, nz, p->nz);
 }
 
-/* The caller's normals of `count` pixels to lanes, [phase][component]. Lanes past the count repeat the last pixel. */
+/* The caller's normals of a block of `count` pixels to lanes, [group][component]. Lanes past the count repeat the last
+ * pixel. */
 GTAOI_FN void GTAOI_NAME(gtaoi_read_normals)(const float *from, int components, int period, int count, V n[12]) {
     float lanes[GTAOI_W];
-    int i, k, p;
-    if (count == period * GTAOI_W && period == 4 && components == 3) {
+    int i, k, g, step = period == 4 ? 1 : GTAOI_W;
+    if (count == 4 * GTAOI_W && period == 4 && components == 3) {
         for (k = 0; k < 3; k++) GTAOI_NAME(gtaoi_load4)(from + 4 * k, 12, n + 4 * k);
         return;
     }
-    if (count == period * GTAOI_W && components == 4) {
-        for (p = 0; p < period; p++) {
+    for (g = 0; g < 4; g++) {
+        if (count == 4 * GTAOI_W && components == 4) {
             V pixel[4];
-            GTAOI_NAME(gtaoi_load4)(from + 4 * p, 4 * period, pixel);
-            for (k = 0; k < 3; k++) n[3 * p + k] = pixel[k];
+            GTAOI_NAME(gtaoi_load4)(from + 4 * g * step, 4 * period, pixel);
+            for (k = 0; k < 3; k++) n[3 * g + k] = pixel[k];
+            continue;
         }
-        return;
-    }
-    for (p = 0; p < period; p++)
         for (k = 0; k < 3; k++) {
-            for (i = 0; i < GTAOI_W; i++) lanes[i] = from[gtaoi_imin(i * period + p, count - 1) * components + k];
-            n[3 * p + k] = GV_LOAD(lanes);
+            for (i = 0; i < GTAOI_W; i++) lanes[i] = from[gtaoi_imin(g * step + i * period, count - 1) * components + k];
+            n[3 * g + k] = GV_LOAD(lanes);
         }
+    }
 }
 
 /* Normals to view space, unit length; where there is none, all zero. */
@@ -2238,186 +2234,237 @@ GTAOI_FI void GTAOI_NAME(gtaoi_face)(const gtao_context *c, PIXEL *p) {
 
 /* ---- rows --------------------------------------------------------------------------------------------------------- */
 
-/* All slices of the active pixels of a group, to visibility (v) and bent normal (p->n). */
-GTAOI_FI void GTAOI_NAME(gtaoi_slices)(const gtao_context *c, PIXEL *p, const float *at, int x, int y, M active, V *v,
-                                       gtao_stats *stats) {
+/* Rays, distances and normals of a group; which of its pixels are to be computed. `want` is positive where a result is
+ * wanted, negative outside the image. */
+GTAOI_FI M GTAOI_NAME(gtaoi_setup)(const gtao_context *c, PIXEL *p, const float *at, int x, int y, V want,
+                                   const V *normals, gtao_stats *stats) {
     GTAOI_NO_CONTRACT
     const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
-    int phase = (y & (c->period - 1)) * c->period + (x & (c->period - 1)), k, cosine_weighted = c->d.weighting == GTAO_WEIGHTING_COSINE;
-    V kappa_scale = c->orthographic ? one : GV_DIV(p->len, p->w0);
-    V floor_scale = GV_MUL(GV_SET(GTAOI_RISE_MIN), c->orthographic ? one : GV_MUL(p->w0, p->inv_len)), direction = zero, offset = zero, visible, open;
-    V key = zero;
-    float keys[GTAOI_W] = {0};
-    SUM sum;
-    M good;
-    sum.visible = sum.open = sum.bx = sum.by = sum.bz = sum.bv = zero;
-    if (c->per_pixel_noise) {
-        const float *noise = c->noise + 2 * (y & 63) * (64 + GTAOI_LANES) + (x & 63);
-        direction = GV_LOAD(noise), offset = GV_LOAD(noise + 64 + GTAOI_LANES);
+    M inside = GV_LE(zero, want), solid, active, near_enough;
+    p->w0 = GV_LOAD(at);
+    p->x = GV_ADD(GV_SET((float)x), GV_MUL(GTAOI_NAME(gtaoi_iota)(), GV_SET((float)c->period)));
+    p->y = GV_SET((float)y);
+    solid = GM_AND(inside, GV_LT(GV_SET(GTAOI_SKY_LIMIT), p->w0));
+    active = GM_AND(solid, GV_LT(zero, want));
+    if (c->orthographic) {
+        p->rx = p->ry = zero, p->len = p->inv_len = p->inv_w0 = one;
+        p->extent = GV_SET(c->reach);
     } else {
+        V rr;
+        p->rx = GV_MUL(GV_SUB(GV_ADD(p->x, GV_SET(0.5f)), GV_SET(c->cx)), GV_SET(c->bx1));
+        p->ry = GV_SET(((float)y + 0.5f - c->cy) * c->by1);
+        rr = GV_ADD(GV_ADD(GV_MUL(p->rx, p->rx), GV_MUL(p->ry, p->ry)), one);
+        p->len = GV_SQRT(rr), p->inv_len = GV_DIV(one, p->len);
+        p->w0 = GV_SELECT(solid, p->w0, one);
+        p->inv_w0 = GV_DIV(one, p->w0);
+        p->extent = c->bounded ? GV_MUL(GV_MUL(p->w0, p->len), GV_SET(c->reach)) : GV_SET(c->extent_max);
+        if (c->bounded && c->every_pixel) {
+            /* The whole sphere: its silhouette, at angle a about r0 with sin a = radius / |P|, lies farthest from the
+             * pixel away from the image centre: |r0| tan a / (1/|r0| - tan a sqrt(1 - 1/|r0|^2)). */
+            V sine = GV_MUL(GV_MUL(p->w0, p->inv_len), GV_SET(c->reach)), tangent, room;
+            tangent = GV_DIV(sine, GV_SQRT(GV_SUB(one, GV_MUL(sine, sine))));
+            room = GV_MUL(tangent, GV_SQRT(GV_MAX(GV_SUB(one, GV_MUL(p->inv_len, p->inv_len)), zero)));
+            room = GV_SUB(p->inv_len, room);
+            p->extent = GV_SELECT(GM_AND(GV_LT(sine, one), GV_LT(zero, room)), GV_DIV(GV_MUL(p->len, tangent), room),
+                                  GV_SET(c->extent_max));
+        }
+    }
+    if (GM_BITS(active) != GTAOI_ALL) {
+        stats->sky += (uint64_t)gtaoi_popcount(GM_BITS(GM_ANDNOT(inside, solid)));
+        stats->masked += (uint64_t)gtaoi_popcount(GM_BITS(GM_ANDNOT(solid, active)));
+    }
+    near_enough = GV_LE(GV_SET(c->extent_min), p->extent);
+    if (GM_BITS(near_enough) != GTAOI_ALL)
+        stats->small_radius += (uint64_t)gtaoi_popcount(GM_BITS(GM_ANDNOT(active, near_enough)));
+    active = GM_AND(active, near_enough);
+
+    p->nx = p->ny = p->nz = zero;
+    if (c->bent || GM_ANY(active)) {
+        M missing;
+        if (normals) GTAOI_NAME(gtaoi_load_normals)(c, p, normals[0], normals[1], normals[2]);
+        missing = GM_AND(GM_AND(GV_EQ(p->nx, zero), GV_EQ(p->ny, zero)), GV_EQ(p->nz, zero));
+        if (GM_ANY(GM_AND(missing, solid))) {
+            stats->derived_normals += (uint64_t)gtaoi_popcount(GM_BITS(GM_AND(missing, active)));
+            GTAOI_NAME(gtaoi_derive_normals)(c, p, at, x & (c->period - 1), y, GM_AND(missing, solid));
+        }
+        missing = GM_ANDNOT(missing, solid); /* sky without a normal: towards the eye */
+        if (GM_ANY(missing)) {
+            p->nx = GV_SELECT(missing, GV_SUB(zero, GV_MUL(p->rx, p->inv_len)), p->nx);
+            p->ny = GV_SELECT(missing, GV_SUB(zero, GV_MUL(p->ry, p->inv_len)), p->ny);
+            p->nz = GV_SELECT(missing, GV_SUB(zero, p->inv_len), p->nz);
+        }
+    }
+    if (GM_ANY(active)) {
         V extent = GV_MIN(GV_MAX(p->extent, GV_SET(c->extent_min)), GV_SET(c->extent_max));
-        key = GV_CLASS(extent);
-        GV_STORE(keys, key);
-    }
-    for (k = 0; k < c->slices; k++) {
-        int index = phase * c->slices + k;
-        const gtaoi_slice *slice = c->slice + index;
-        FRAME f;
-        HORIZONS s;
-        V perp2, tangent;
+        GTAOI_NAME(gtaoi_face)(c, p);
+        p->key = GV_CLASS(extent);
+        p->direction = p->offset = zero;
         if (c->per_pixel_noise) {
-            /* sin(pi u) = cos(pi (u - 1/2)), cos(pi u) = -sin(pi (u - 1/2)) by Taylor's series; error 1e-7 */
-            V a = GV_DIV(GV_ADD(GV_SET((float)k), direction), GV_SET((float)c->slices)), aa, sine, cosine;
-            a = GV_MUL(GV_SET((float)GTAOI_PI), GV_SUB(a, GV_SET(0.5f)));
-            aa = GV_MUL(a, a);
-            sine = GV_ADD(GV_SET(2.7557319e-6f), GV_MUL(aa, GV_SET(-2.5052108e-8f)));
-            sine = GV_ADD(GV_SET(-1.9841270e-4f), GV_MUL(aa, sine));
-            sine = GV_ADD(GV_SET(8.3333333e-3f), GV_MUL(aa, sine));
-            sine = GV_ADD(GV_SET(-1.6666667e-1f), GV_MUL(aa, sine));
-            sine = GV_ADD(a, GV_MUL(GV_MUL(a, aa), sine));
-            cosine = GV_ADD(GV_SET(-2.7557319e-7f), GV_MUL(aa, GV_SET(2.0876757e-9f)));
-            cosine = GV_ADD(GV_SET(2.4801587e-5f), GV_MUL(aa, cosine));
-            cosine = GV_ADD(GV_SET(-1.3888889e-3f), GV_MUL(aa, cosine));
-            cosine = GV_ADD(GV_SET(4.1666667e-2f), GV_MUL(aa, cosine));
-            cosine = GV_ADD(GV_SET(-0.5f), GV_MUL(aa, cosine));
-            cosine = GV_ADD(one, GV_MUL(aa, cosine));
-            f.dx = GV_SUB(zero, sine), f.dy = cosine;
-            f.bx = GV_MUL(f.dx, GV_SET(c->bx1)), f.by = GV_MUL(f.dy, GV_SET(c->by1));
-            f.bb = GV_ADD(GV_MUL(f.bx, f.bx), GV_MUL(f.by, f.by));
-        } else {
-            f.dx = GV_SET(slice->dx), f.dy = GV_SET(slice->dy);
-            f.bx = GV_SET(slice->bx), f.by = GV_SET(slice->by), f.bb = GV_SET(slice->bb);
+            const float *noise = c->noise + 2 * (y & 63) * (64 + GTAOI_LANES) + (x & 63);
+            p->direction = GV_LOAD(noise), p->offset = GV_LOAD(noise + 64 + GTAOI_LANES);
         }
-        /* b_perp = b - (b.v) v, o = b_perp / |b_perp|, tan n = n.o / n.v */
-        f.along = GV_MUL(GV_ADD(GV_MUL(f.bx, p->rx), GV_MUL(f.by, p->ry)), p->inv_len);
-        perp2 = GV_MAX(GV_SUB(f.bb, GV_MUL(f.along, f.along)), GV_MUL(f.bb, GV_SET(1e-6f)));
-        f.inv_perp = GV_DIV(one, GV_SQRT(perp2));
-        f.no = GV_MUL(GV_ADD(GV_ADD(GV_MUL(p->nx, f.bx), GV_MUL(p->ny, f.by)), GV_MUL(f.along, p->nv)), f.inv_perp);
-        tangent = GV_MUL(f.no, p->inv_nv);
-        f.kappa_tangent = GV_SUB(zero, tangent);
-        f.kappa_scale = GV_MUL(kappa_scale, f.inv_perp);
-        f.reach = GV_MUL(GV_SET(c->reach), f.inv_perp);
-        f.floor = GV_MUL(GV_MUL(perp2, f.inv_perp), floor_scale);
-        s.rise[0] = s.rise[1] = f.floor;
-        f.cos_tangent = s.cosine[0] = s.cosine[1] = zero;
-        if (c->cosines || c->inv_falloff > 0.0f) {
-            V cos_n = GV_DIV(one, GV_SQRT(GV_ADD(one, GV_MUL(tangent, tangent))));
-            s.cosine[1] = GV_MUL(tangent, cos_n);
-            s.cosine[0] = f.cos_tangent = GV_SUB(zero, s.cosine[1]);
-        }
-        if (c->per_pixel_noise) GTAOI_NAME(gtaoi_search_noise)(c, p, &f, &s, offset, stats);
-        else GTAOI_NAME(gtaoi_search_table)(c, p, &f, &s, at, index, key, keys, active, x, y, stats);
-        GTAOI_NAME(gtaoi_integrate)(c, p, &f, &s, &sum);
     }
-    open = sum.open;
-    if (c->d.estimator == GTAO_ESTIMATOR_MEMO) open = GV_SET((float)c->slices * (cosine_weighted ? 1.0f : 2.0f));
-    visible = GV_DIV(sum.visible, open);
-    good = GV_LE(zero, GV_ABS(visible)); /* not NaN */
+    return active;
+}
+
+/* Direction of slice k at each pixel of per-pixel noise: pi (k + direction) / slices. */
+GTAOI_FI void GTAOI_NAME(gtaoi_turn)(const gtao_context *c, const PIXEL *p, int k, FRAME *f) {
+    GTAOI_NO_CONTRACT
+    const V one = GV_SET(1.0f);
+    /* sin(pi u) = cos(pi (u - 1/2)), cos(pi u) = -sin(pi (u - 1/2)) by Taylor's series; error 1e-7 */
+    V a = GV_DIV(GV_ADD(GV_SET((float)k), p->direction), GV_SET((float)c->slices)), aa, sine, cosine;
+    a = GV_MUL(GV_SET((float)GTAOI_PI), GV_SUB(a, GV_SET(0.5f)));
+    aa = GV_MUL(a, a);
+    sine = GV_ADD(GV_SET(2.7557319e-6f), GV_MUL(aa, GV_SET(-2.5052108e-8f)));
+    sine = GV_ADD(GV_SET(-1.9841270e-4f), GV_MUL(aa, sine));
+    sine = GV_ADD(GV_SET(8.3333333e-3f), GV_MUL(aa, sine));
+    sine = GV_ADD(GV_SET(-1.6666667e-1f), GV_MUL(aa, sine));
+    sine = GV_ADD(a, GV_MUL(GV_MUL(a, aa), sine));
+    cosine = GV_ADD(GV_SET(-2.7557319e-7f), GV_MUL(aa, GV_SET(2.0876757e-9f)));
+    cosine = GV_ADD(GV_SET(2.4801587e-5f), GV_MUL(aa, cosine));
+    cosine = GV_ADD(GV_SET(-1.3888889e-3f), GV_MUL(aa, cosine));
+    cosine = GV_ADD(GV_SET(4.1666667e-2f), GV_MUL(aa, cosine));
+    cosine = GV_ADD(GV_SET(-0.5f), GV_MUL(aa, cosine));
+    cosine = GV_ADD(one, GV_MUL(aa, cosine));
+    f->dx = GV_SUB(GV_SET(0.0f), sine), f->dy = cosine;
+    f->bx = GV_MUL(f->dx, GV_SET(c->bx1)), f->by = GV_MUL(f->dy, GV_SET(c->by1));
+    f->bb = GV_ADD(GV_MUL(f->bx, f->bx), GV_MUL(f->by, f->by));
+}
+
+/* A slice in the pixels' view: o = b_perp / |b_perp|, b_perp = b - (b.v) v; tan n = n.o / n.v; the open arc. */
+GTAOI_FI void GTAOI_NAME(gtaoi_slice)(const gtao_context *c, const PIXEL *p, const gtaoi_slice *slice, int k, FRAME *f,
+                                      HORIZONS *s) {
+    GTAOI_NO_CONTRACT
+    const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    V perp2, perp, tangent;
+    if (c->per_pixel_noise) {
+        GTAOI_NAME(gtaoi_turn)(c, p, k, f);
+    } else {
+        f->dx = GV_SET(slice->dx), f->dy = GV_SET(slice->dy);
+        f->bx = GV_SET(slice->bx), f->by = GV_SET(slice->by), f->bb = GV_SET(slice->bb);
+    }
+    f->along = GV_MUL(GV_ADD(GV_MUL(f->bx, p->rx), GV_MUL(f->by, p->ry)), p->inv_len);
+    perp2 = GV_MAX(GV_SUB(f->bb, GV_MUL(f->along, f->along)), GV_MUL(f->bb, GV_SET(1e-6f)));
+    perp = GV_SQRT(perp2);
+    f->inv_perp = GV_DIV(one, perp);
+    f->no = GV_MUL(GV_ADD(GV_ADD(GV_MUL(p->nx, f->bx), GV_MUL(p->ny, f->by)), GV_MUL(f->along, p->nv)), f->inv_perp);
+    tangent = GV_MUL(f->no, p->inv_nv);
+    f->kappa_tangent = GV_SUB(zero, tangent);
+    f->kappa_scale = GV_MUL(GV_MUL(p->len, p->inv_w0), f->inv_perp);
+    f->reach = GV_MUL(GV_SET(c->reach), f->inv_perp);
+    f->floor = GV_MUL(GV_MUL(perp, GV_SET(GTAOI_RISE_MIN)), c->orthographic ? one : GV_MUL(p->w0, p->inv_len));
+    f->cos_tangent = s->cosine[0] = s->cosine[1] = zero;
+    if (c->cosines || c->inv_falloff > 0.0f) {
+        V cos_n = GV_DIV(one, GV_SQRT(GV_ADD(one, GV_MUL(tangent, tangent))));
+        s->cosine[1] = GV_MUL(tangent, cos_n);
+        s->cosine[0] = f->cos_tangent = GV_SUB(zero, s->cosine[1]);
+    }
+    s->rise[0] = s->rise[1] = f->floor;
+    f->n = zero, f->open = GV_SET(2.0f);
+    if (c->d.weighting == GTAO_WEIGHTING_COSINE) {
+        f->n = GTAOI_NAME(gtaoi_atan2)(f->no, p->nv);
+        f->open = GV_ADD(p->nv, GV_MUL(f->n, f->no));
+    }
+}
+
+/* The sums of a pixel to its visibility and bent normal (p->n). */
+GTAOI_FI V GTAOI_NAME(gtaoi_finish)(const gtao_context *c, PIXEL *p, const SUM *sum, M active) {
+    GTAOI_NO_CONTRACT
+    const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    int cosine_weighted = c->d.weighting == GTAO_WEIGHTING_COSINE;
+    V open = c->d.estimator == GTAO_ESTIMATOR_MEMO ? GV_SET((float)c->slices * (cosine_weighted ? 1.0f : 2.0f)) : sum->open;
+    V visible = GV_DIV(sum->visible, open);
+    M good = GV_LE(zero, GV_ABS(visible)); /* not NaN */
     visible = GV_SELECT(good, GV_MIN(GV_MAX(visible, zero), one), one);
-    *v = GV_SELECT(active, visible, one);
+    visible = GV_SELECT(active, visible, one);
     if (c->bent) {
         /* [J19 Eq. 20-21] exact off axis: b = (2/3) n - sum J ((T_open - T)_o o + (T_open - T)_v v) / sum J a_open */
-        V share = GV_SET(cosine_weighted ? 2.0f / 3.0f : 0.5f), inv_open = GV_DIV(GV_SET(-1.0f), open), bx, by, bz, len2, scale;
-        V along = GV_MUL(sum.bv, p->inv_len);
-        if (c->d.estimator == GTAO_ESTIMATOR_MEMO) share = zero, inv_open = one;
-        bx = GV_ADD(GV_MUL(share, p->nx), GV_MUL(inv_open, GV_SUB(sum.bx, GV_MUL(along, p->rx))));
-        by = GV_ADD(GV_MUL(share, p->ny), GV_MUL(inv_open, GV_SUB(sum.by, GV_MUL(along, p->ry))));
-        bz = GV_ADD(GV_MUL(share, p->nz), GV_MUL(inv_open, GV_SUB(sum.bz, along)));
+        V share = GV_SET(cosine_weighted ? 2.0f / 3.0f : 0.5f), scale = GV_DIV(one, sum->jacobian_open), len2;
+        V along = GV_MUL(sum->bv, p->inv_len);
+        V bx = GV_SUB(GV_MUL(share, p->nx), GV_MUL(scale, GV_SUB(sum->bx, GV_MUL(along, p->rx))));
+        V by = GV_SUB(GV_MUL(share, p->ny), GV_MUL(scale, GV_SUB(sum->by, GV_MUL(along, p->ry))));
+        V bz = GV_SUB(GV_MUL(share, p->nz), GV_MUL(scale, GV_SUB(sum->bz, along)));
         len2 = GV_ADD(GV_ADD(GV_MUL(bx, bx), GV_MUL(by, by)), GV_MUL(bz, bz));
         scale = GV_DIV(one, GV_SQRT(len2));
         /* nothing visible, or not finite: the normal */
-        good = GM_AND(GM_AND(active, GV_LE(GV_SET(1e-12f), len2)), GV_LE(len2, GV_SET(FLT_MAX)));
-        good = GM_AND(good, GV_LT(visible, one));
+        good = GM_AND(GM_AND(active, sum->occluded), GM_AND(GV_LE(GV_SET(1e-12f), len2), GV_LE(len2, GV_SET(FLT_MAX))));
         p->nx = GV_SELECT(good, GV_MUL(bx, scale), p->nx);
         p->ny = GV_SELECT(good, GV_MUL(by, scale), p->ny);
         p->nz = GV_SELECT(good, GV_MUL(bz, scale), p->nz);
     }
+    return visible;
 }
 
+/* Stage by stage over blocks of four groups, so that the stages' long dependency chains overlap. The groups are the
+ * phases of one stretch of a row, or, if all directions are alike or each pixel has its own, follow one another. */
 GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1, gtao_stats *stats) {
-    GTAOI_NO_CONTRACT
     enum { BLOCK = 4 * GTAOI_W };
     const gtao_desc *d = &c->d;
-    const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
-    int x0, y, i, p, period = c->period, span = period * GTAOI_W, components = d->normal_components;
+    int x0, y, i, g, k, period = c->period, step = period == 4 ? 1 : GTAOI_W, components = d->normal_components;
     for (y = y0; y < y1; y++) {
         const char *normals = d->normals ? (const char *)d->normals + (ptrdiff_t)y * d->normal_stride : 0;
         const uint8_t *mask = d->mask ? d->mask + (ptrdiff_t)y * d->mask_stride : 0;
         const float *row = gtaoi_row(c, y);
-        V ry = GV_SET(c->orthographic ? 0.0f : ((float)y + 0.5f - c->cy) * c->by1);
-        for (x0 = 0; x0 < d->width; x0 += span) {
+        for (x0 = 0; x0 < d->width; x0 += BLOCK) {
             float wanted[BLOCK], image_v[BLOCK], image_b[3 * BLOCK];
-            V n[12], v[4], b[12]; /* normals and bent normals: [phase][component] */
-            int count = gtaoi_imin(span, d->width - x0), j;
-            if (mask || count < span) {
-                for (p = 0; p < period; p++)
-                    for (i = 0, j = p; i < GTAOI_W; i++, j += period)
-                        wanted[p * GTAOI_W + i] = j >= count ? -1.0f : mask ? (float)mask[x0 + j] : 1.0f;
+            const float *at[4];
+            V n[12], v[4], b[12]; /* normals and bent normals: [group][component] */
+            PIXEL pixel[4];
+            SUM sum[4];
+            M active[4];
+            int count = gtaoi_imin(BLOCK, d->width - x0), j, partial = mask || count < BLOCK;
+            int groups = period == 4 ? 4 : (count + GTAOI_W - 1) / GTAOI_W, any = 0;
+            if (partial) {
+                for (g = 0; g < groups; g++)
+                    for (i = 0, j = g * step; i < GTAOI_W; i++, j += period)
+                        wanted[g * GTAOI_W + i] = j >= count ? -1.0f : mask ? (float)mask[x0 + j] : 1.0f;
             }
             if (normals) {
                 const float *from = (const float *)(const void *)normals + (ptrdiff_t)x0 * components;
                 GTAOI_NAME(gtaoi_read_normals)(from, components, period, count, n);
             }
-            for (p = 0; p < period; p++) {
-                const float *at = row + (ptrdiff_t)p * c->segment + GTAOI_PAD + x0 / period;
-                PIXEL px;
-                V want = mask || count < span ? GV_LOAD(wanted + p * GTAOI_W) : one, visible = one, rr;
-                M inside = GV_LE(zero, want), solid, active, missing, near_enough;
-                px.w0 = GV_LOAD(at);
-                px.x = GV_ADD(GV_SET((float)(x0 + p)), GV_MUL(GTAOI_NAME(gtaoi_iota)(), GV_SET((float)period)));
-                px.y = GV_SET((float)y);
-                solid = GM_AND(inside, GV_LT(GV_SET(GTAOI_SKY_LIMIT), px.w0));
-                active = GM_AND(solid, GV_LT(zero, want));
-                if (c->orthographic) {
-                    px.rx = px.ry = zero, px.len = px.inv_len = one;
-                    px.extent = GV_SET(c->extent);
-                } else {
-                    px.rx = GV_MUL(GV_SUB(GV_ADD(px.x, GV_SET(0.5f)), GV_SET(c->cx)), GV_SET(c->bx1));
-                    px.ry = ry;
-                    rr = GV_ADD(GV_ADD(GV_MUL(px.rx, px.rx), GV_MUL(ry, ry)), one);
-                    px.len = GV_SQRT(rr), px.inv_len = GV_DIV(one, px.len);
-                    px.w0 = GV_SELECT(solid, px.w0, one);
-                    px.extent = c->bounded ? GV_MUL(px.w0, px.len) : GV_SET(c->extent_max);
-                }
-                if (GM_BITS(active) != GTAOI_ALL) {
-                    stats->sky += (uint64_t)gtaoi_popcount(GM_BITS(GM_ANDNOT(inside, solid)));
-                    stats->masked += (uint64_t)gtaoi_popcount(GM_BITS(GM_ANDNOT(solid, active)));
-                }
-                near_enough = GV_LE(GV_SET(c->extent_min), px.extent);
-                if (GM_BITS(near_enough) != GTAOI_ALL)
-                    stats->small_radius += (uint64_t)gtaoi_popcount(GM_BITS(GM_ANDNOT(active, near_enough)));
-                active = GM_AND(active, near_enough);
-
-                px.nx = px.ny = px.nz = zero;
-                if (c->bent || GM_ANY(active)) {
-                    if (normals) GTAOI_NAME(gtaoi_load_normals)(c, &px, n[3 * p], n[3 * p + 1], n[3 * p + 2]);
-                    missing = GM_AND(GM_AND(GV_EQ(px.nx, zero), GV_EQ(px.ny, zero)), GV_EQ(px.nz, zero));
-                    if (GM_ANY(GM_AND(missing, solid))) {
-                        stats->derived_normals += (uint64_t)gtaoi_popcount(GM_BITS(GM_AND(missing, active)));
-                        GTAOI_NAME(gtaoi_derive_normals)(c, &px, at, p, y, GM_AND(missing, solid));
+            for (g = 0; g < groups; g++) {
+                V want = partial ? GV_LOAD(wanted + g * GTAOI_W) : GV_SET(1.0f);
+                at[g] = row + GTAOI_PAD + (period == 4 ? g * c->segment + x0 / 4 : x0 + g * GTAOI_W);
+                active[g] = GTAOI_NAME(gtaoi_setup)(c, &pixel[g], at[g], x0 + g * step, y, want, normals ? n + 3 * g : 0, stats);
+                any |= GM_ANY(active[g]);
+                sum[g].visible = sum[g].open = sum[g].bx = sum[g].by = sum[g].bz = sum[g].bv = GV_SET(0.0f);
+                sum[g].jacobian_open = GV_SET(0.0f);
+                sum[g].occluded = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
+                v[g] = GV_SET(1.0f);
+            }
+            for (k = 0; any && k < c->slices; k++) {
+                FRAME frame[4];
+                HORIZONS found[4];
+                int first = (y & (period - 1)) * period * c->slices + k, stride = period == 4 ? c->slices : 0;
+                for (g = 0; g < groups; g++)
+                    if (GM_ANY(active[g])) GTAOI_NAME(gtaoi_slice)(c, &pixel[g], c->slice + first + g * stride, k, &frame[g], &found[g]);
+                for (g = 0; g < groups; g++)
+                    if (GM_ANY(active[g])) {
+                        if (c->per_pixel_noise) GTAOI_NAME(gtaoi_search_noise)(c, &pixel[g], &frame[g], &found[g], stats);
+                        else
+                            GTAOI_NAME(gtaoi_search_table)(c, &pixel[g], &frame[g], &found[g], at[g], first + g * stride,
+                                                           active[g], x0 + g * step, y, stats);
                     }
-                    missing = GM_ANDNOT(missing, solid); /* sky without a normal: towards the eye */
-                    px.nx = GV_SELECT(missing, GV_SUB(zero, GV_MUL(px.rx, px.inv_len)), px.nx);
-                    px.ny = GV_SELECT(missing, GV_SUB(zero, GV_MUL(px.ry, px.inv_len)), px.ny);
-                    px.nz = GV_SELECT(missing, GV_SUB(zero, px.inv_len), px.nz);
-                }
-                if (GM_ANY(active)) {
-                    GTAOI_NAME(gtaoi_face)(c, &px);
-                    GTAOI_NAME(gtaoi_slices)(c, &px, at, x0 + p, y, active, &visible, stats);
-                }
-                v[p] = visible;
-                b[3 * p] = px.nx, b[3 * p + 1] = px.ny, b[3 * p + 2] = px.nz;
+                for (g = 0; g < groups; g++)
+                    if (GM_ANY(active[g])) GTAOI_NAME(gtaoi_integrate)(c, &pixel[g], &frame[g], &found[g], &sum[g]);
+            }
+            for (g = 0; g < groups; g++) {
+                if (GM_ANY(active[g])) v[g] = GTAOI_NAME(gtaoi_finish)(c, &pixel[g], &sum[g], active[g]);
+                b[3 * g] = pixel[g].nx, b[3 * g + 1] = pixel[g].ny, b[3 * g + 2] = pixel[g].nz;
             }
             if (period == 4) {
                 GTAOI_NAME(gtaoi_store4)(image_v, 4, v);
                 if (c->bent)
                     for (i = 0; i < 3; i++) GTAOI_NAME(gtaoi_store4)(image_b + 4 * i, 12, b + 4 * i);
             } else {
-                GV_STORE(image_v, v[0]);
-                for (j = 0; c->bent && j < 3; j++) {
-                    float component[GTAOI_W];
-                    GV_STORE(component, b[j]);
-                    for (i = 0; i < GTAOI_W; i++) image_b[3 * i + j] = component[i];
+                for (g = 0; g < groups; g++) {
+                    GV_STORE(image_v + g * GTAOI_W, v[g]);
+                    for (j = 0; c->bent && j < 3; j++) {
+                        float component[GTAOI_W];
+                        GV_STORE(component, b[3 * g + j]);
+                        for (i = 0; i < GTAOI_W; i++) image_b[3 * (g * GTAOI_W + i) + j] = component[i];
+                    }
                 }
             }
             stats->pixels += (uint64_t)count;
