@@ -366,9 +366,9 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #define GTAOI_KAPPA_LIMIT 1099511627776.0f  /* 2^40: cotangent of a horizon, so that products stay finite */
 #define GTAOI_RISE_MIN 2.44140625e-4f       /* 2^-12: a rise in cot h above the tangent plane that is rounding; 1e-7 in visibility */
 #define GTAOI_FACING_MIN 1e-4f              /* least n.v: a normal that faces away is tilted to the silhouette */
-#define GTAOI_CLASS_SHIFT 20                /* radius classes: exponent and 3 bits of mantissa, 8 an octave */
-#define GTAOI_CLASS_MASK 0xfff00000u
-#define GTAOI_MAX_CLASSES 160
+#define GTAOI_CLASS_SHIFT 21                /* radius classes: exponent and 2 bits of mantissa, 4 an octave */
+#define GTAOI_CLASS_MASK 0xffe00000u
+#define GTAOI_MAX_CLASSES 80
 #define GTAOI_PAD 20                        /* floats beside each row segment: one group of 16 and a few taps */
 #define GTAOI_LANES 16                      /* widest group */
 #define GTAOI_CHUNK 64                      /* samples whose offsets are remapped at once at clamped and wrapped borders */
