@@ -87,15 +87,15 @@ void memo_gtao(int width, int height, const float *z, const float *normals, floa
             const vec3 eye = {-cPosV.x, -cPosV.y, -cPosV.z};
             const vec3 viewV = normalize(eye);
 
-            /* The radius in pixels, radially, which is the longer way off axis; in steps of an eighth of an octave. */
+            /* The radius in pixels, radially, which is the longer way off axis; rounded up to a quarter of its octave. */
             int exponent;
             const float extent = settings->radius * length(cPosV) / (cPosV.z * cPosV.z);
             if (extent * focal_px < 1.0f) {
                 visibility[at] = 1.0f;
                 continue;
             }
-            const float steps = floorf(16.0f * frexpf(extent, &exponent)) + 1.0f;
-            const float radius_px = fminf(ldexpf(steps / 16.0f, exponent) * focal_px, (float)settings->max_radius_px);
+            const float steps = floorf(8.0f * frexpf(extent, &exponent)) + 1.0f;
+            const float radius_px = fminf(ldexpf(steps / 8.0f, exponent) * focal_px, (float)settings->max_radius_px);
 
             float sum = 0.0f;
             for (int slice = 0; slice < settings->slices; slice++) {

@@ -112,12 +112,21 @@ static int faces_viewer(const ref_image *img, int x, int y) {
     return nr < -1e-3 * sqrt(r[0] * r[0] + r[1] * r[1] + 1.0);
 }
 
-/* A slope can be told along both axes. */
-static int has_neighbours(const ref_image *img, int x, int y) {
-    const float *z = img->z;
-    const int width = img->width, at = y * width + x;
-    return ((x > 0 && isfinite(z[at - 1])) || (x + 1 < width && isfinite(z[at + 1]))) &&
-           ((y > 0 && isfinite(z[at - width])) || (y + 1 < img->height && isfinite(z[at + width])));
+/* A slope can be told along both axes: on one side or the other two more pixels show the same plane. */
+static int normal_is_told(const ref_image *img, int x, int y) {
+    const float *here = &img->normals[3 * (y * img->width + x)];
+    int told[2] = {0, 0};
+    for (int side = 0; side < 4; side++) {
+        const int dx = side < 2 ? 2 * side - 1 : 0, dy = side < 2 ? 0 : 2 * side - 5;
+        int same = 1;
+        for (int i = 1; i <= 2 && same; i++) {
+            const int u = x + i * dx, v = y + i * dy;
+            same = u >= 0 && v >= 0 && u < img->width && v < img->height && isfinite(img->z[v * img->width + u]) &&
+                   memcmp(&img->normals[3 * (v * img->width + u)], here, 3 * sizeof *here) == 0;
+        }
+        told[side / 2] |= same;
+    }
+    return told[0] && told[1];
 }
 
 static void check_open(const ref_image *img, const gtao_desc *desc, const char *what) {
@@ -126,7 +135,7 @@ static void check_open(const ref_image *img, const gtao_desc *desc, const char *
     int worst_at[2] = {0, 0};
     for (int y = 0; y < img->height; y++) {
         for (int x = 0; x < img->width; x++) {
-            if (!faces_viewer(img, x, y) || (!desc->normals && !has_neighbours(img, x, y)))
+            if (!faces_viewer(img, x, y) || (!desc->normals && !normal_is_told(img, x, y)))
                 continue;
             const size_t at = (size_t)y * (size_t)img->width + (size_t)x;
             const double normal[3] = {(double)img->normals[3 * at], (double)img->normals[3 * at + 1],
@@ -880,10 +889,12 @@ static result derived_normals(const ref_image *img) {
 
 static void check_derived(const ref_image *img, const char *what) {
     result r = derived_normals(img);
+    int checked = 0;
     for (int y = 0; y < img->height; y++) {
         for (int x = 0; x < img->width; x++) {
-            if (!faces_viewer(img, x, y))
+            if (!faces_viewer(img, x, y) || !normal_is_told(img, x, y))
                 continue;
+            checked++;
             const size_t at = (size_t)y * (size_t)img->width + (size_t)x;
             const double normal[3] = {(double)img->normals[3 * at], (double)img->normals[3 * at + 1],
                                       (double)img->normals[3 * at + 2]};
@@ -891,6 +902,7 @@ static void check_derived(const ref_image *img, const char *what) {
             CHECK(degrees < 0.1, "%s: off by %g degrees at %d %d", what, degrees, x, y);
         }
     }
+    CHECK(checked * 4 > img->width * img->height, "%s: only %d pixels", what, checked);
     result_free(&r);
 }
 
