@@ -355,6 +355,18 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #define GTAOI_TARGET(isa)
 #endif
 
+/* The lines of n floats ahead of a stream; never faults. */
+#if defined(__GNUC__) || defined(__clang__)
+#define GTAOI_PREFETCH(p, n)                                                                                           \
+    do {                                                                                                               \
+        int gtaoi_ahead;                                                                                               \
+        for (gtaoi_ahead = 0; gtaoi_ahead < (n); gtaoi_ahead += 16)                                                    \
+            __builtin_prefetch((const void *)((uintptr_t)(p) + (uintptr_t)gtaoi_ahead * 4));                           \
+    } while (0)
+#else
+#define GTAOI_PREFETCH(p, n) ((void)0)
+#endif
+
 /* ---- constants ------------------------------------------------------------------------------------------------ */
 
 #define GTAOI_PI 3.14159265358979323846
@@ -1358,6 +1370,7 @@ GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *outp
 #define M GTAOI_NAME(gtaoi_m)
 #define PIXEL GTAOI_NAME(gtaoi_pixel)
 #define FRAME GTAOI_NAME(gtaoi_frame)
+#define SAMPLE GTAOI_NAME(gtaoi_rising)
 #define HORIZONS GTAOI_NAME(gtaoi_horizons)
 
 #if GTAOI_W == 1
@@ -1690,38 +1703,45 @@ typedef struct HORIZONS {
     V cosine[2]; /* largest attenuated cosine of samples in the falloff ring */
 } HORIZONS;
 
-/* One sample of height w at distance 1 / inv; base = w0 / t + slope of the tangent plane there. */
-GTAOI_FI void GTAOI_NAME(gtaoi_rise)(const gtao_context *c, const FRAME *f, HORIZONS *s, int side, V w, V inv, V base,
-                                     int orthographic, int bounded, int ring) {
+/* A sample relative to the receiver. */
+typedef struct SAMPLE {
+    V kappa; /* cot h */
+    V rho;   /* 1 + kappa^2 */
+    V reach; /* (distance / radius)^2 = rho / reach^2 */
+} SAMPLE;
+
+/* One sample of height w at distance 1 / inv; base = w0 / t + slope of the tangent plane there. Returns the pixels for
+ * which it lies in the falloff ring and above what has been found. */
+GTAOI_FI M GTAOI_NAME(gtaoi_rise)(const gtao_context *c, const FRAME *f, HORIZONS *s, int side, V w, V inv, V base,
+                                  SAMPLE *sample, int orthographic, int bounded, int ring) {
     GTAOI_NO_CONTRACT
-    V slope = GV_MUL(w, inv), rise = GV_SUB(slope, base), tangent, kappa, rho, reach, reach2;
-    M inside, fading;
+    V slope = GV_MUL(w, inv), rise = GV_SUB(slope, base), tangent, reach2;
+    M inside = GV_LT(base, base);
     if (!bounded) {
         s->rise[side] = GV_MAX(s->rise[side], rise);
-        return;
+        return inside;
     }
     /* distance^2 = t^2 |b_perp|^2 (1 + kappa^2) / w^2 = (radius / reach)^2 rho, reach = radius w / (t |b_perp|) */
     tangent = side ? GV_SUB(GV_SET(0.0f), f->kappa_tangent) : f->kappa_tangent;
-    kappa = GV_ADD(GV_MUL(rise, f->kappa_scale), tangent);
-    rho = GV_ADD(GV_MUL(kappa, kappa), GV_SET(1.0f));
-    reach = GV_MUL(orthographic ? inv : slope, f->reach);
-    reach2 = GV_MUL(reach, reach);
-    if (!ring) {
-        inside = GV_LE(rho, reach2);
-        s->rise[side] = GV_MAX(s->rise[side], GV_IF(inside, rise));
-        return;
-    }
-    inside = GV_LE(rho, GV_MUL(reach2, GV_SET(c->inner2)));
+    sample->kappa = GV_ADD(GV_MUL(rise, f->kappa_scale), tangent);
+    sample->rho = GV_ADD(GV_MUL(sample->kappa, sample->kappa), GV_SET(1.0f));
+    sample->reach = GV_MUL(orthographic ? inv : slope, f->reach);
+    reach2 = GV_MUL(sample->reach, sample->reach);
+    inside = GV_LE(sample->rho, ring ? GV_MUL(reach2, GV_SET(c->inner2)) : reach2);
     s->rise[side] = GV_MAX(s->rise[side], GV_IF(inside, rise));
-    fading = GM_AND(GV_LT(rho, reach2), GV_LT(s->rise[side], rise));
-    if (GM_ANY(fading)) { /* distance / radius = rho / (sqrt(rho) reach), cos h = kappa / sqrt(rho) */
-        V both = GV_DIV(GV_SET(1.0f), GV_MUL(GV_SQRT(rho), reach));
-        V weight = GV_MUL(GV_SUB(GV_SET(1.0f), GV_MUL(rho, both)), GV_SET(c->inv_falloff));
-        V cosine = GV_MUL(kappa, GV_MUL(reach, both));
-        V start = side ? GV_SUB(GV_SET(0.0f), f->cos_tangent) : f->cos_tangent;
-        V faded = GV_ADD(start, GV_MUL(weight, GV_SUB(cosine, start)));
-        s->cosine[side] = GV_MAX(s->cosine[side], GV_SELECT(fading, faded, s->cosine[side]));
-    }
+    return ring ? GM_AND(GV_LT(sample->rho, reach2), GV_LT(s->rise[side], rise)) : inside;
+}
+
+/* The attenuated cosine of a sample in the ring: distance / radius = rho / (sqrt(rho) reach), cos h = kappa / sqrt(rho). */
+GTAOI_FI void GTAOI_NAME(gtaoi_fade)(const gtao_context *c, const FRAME *f, HORIZONS *s, int side, const SAMPLE *sample,
+                                     M fading) {
+    GTAOI_NO_CONTRACT
+    V both = GV_DIV(GV_SET(1.0f), GV_MUL(GV_SQRT(sample->rho), sample->reach));
+    V weight = GV_MUL(GV_SUB(GV_SET(1.0f), GV_MUL(sample->rho, both)), GV_SET(c->inv_falloff));
+    V cosine = GV_MUL(sample->kappa, GV_MUL(sample->reach, both));
+    V start = side ? GV_SUB(GV_SET(0.0f), f->cos_tangent) : f->cos_tangent;
+    V faded = GV_ADD(start, GV_MUL(weight, GV_SUB(cosine, start)));
+    s->cosine[side] = GV_MAX(s->cosine[side], GV_SELECT(fading, faded, s->cosine[side]));
 }
 
 /* Height of a sample between two pixels: linear within one surface; across an edge the nearer pixel, moved onto the
@@ -1737,13 +1757,12 @@ GTAOI_FI V GTAOI_NAME(gtaoi_between)(const gtao_context *c, V a, V b, V fraction
 }
 
 
-/* One sample on one side, from the taps of the table. */
-GTAOI_FI void GTAOI_NAME(gtaoi_visit)(const gtao_context *c, const FRAME *f, HORIZONS *s, int side, const float *at,
-                                      const gtaoi_sample *q, V inv, V base, V fraction, V g_across, int orthographic,
-                                      int bounded, int ring, int taps) {
+/* Height at a sample of the table, on one side. */
+GTAOI_FI V GTAOI_NAME(gtaoi_height)(const gtao_context *c, int side, const float *at, const gtaoi_sample *q, V g_across,
+                                    int orthographic, int taps) {
     V w = GV_LOAD(at + q->offset[side]);
-    if (taps) w = GTAOI_NAME(gtaoi_between)(c, w, GV_LOAD(at + q->offset[side + 2]), fraction, g_across, orthographic);
-    GTAOI_NAME(gtaoi_rise)(c, f, s, side, w, inv, base, orthographic, bounded, ring);
+    if (!taps) return w;
+    return GTAOI_NAME(gtaoi_between)(c, w, GV_LOAD(at + q->offset[side + 2]), GV_SET(q->ux), g_across, orthographic);
 }
 
 /* The horizon search: samples [0, n0) on the + side, [0, n1) on the - side. `at` is the group's first pixel. */
@@ -1752,27 +1771,36 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const PIXEL *p, con
                                       int bounded, int ring, int taps) {
     GTAOI_NO_CONTRACT
     HORIZONS s = *horizons;
-    int j, both = gtaoi_imin(n0, n1);
-    V tangent = GV_ADD(GV_MUL(p->gx, f->dx), GV_MUL(p->gy, f->dy)), fraction = tangent, across = tangent, back = tangent;
+    SAMPLE a, b;
+    int j, both = gtaoi_imin(n0, n1), rest = gtaoi_imax(n0, n1), side = n1 > n0;
+    V tangent = GV_ADD(GV_MUL(p->gx, f->dx), GV_MUL(p->gy, f->dy)), across = tangent, back = tangent;
     if (taps) across = GV_SELECT(GV_LE(GV_ABS(f->dy), GV_ABS(f->dx)), p->gy, p->gx), back = GV_SUB(GV_SET(0.0f), across);
     for (j = 0; j < both; j++, q++) {
         V inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
-        if (taps) fraction = GV_SET(q->ux);
-        else tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
-        GTAOI_NAME(gtaoi_visit)(c, f, &s, 0, at, q, inv, GV_ADD(base, tangent), fraction, across, orthographic, bounded, ring, taps);
-        GTAOI_NAME(gtaoi_visit)(c, f, &s, 1, at, q, inv, GV_SUB(base, tangent), fraction, back, orthographic, bounded, ring, taps);
+        M fade_a, fade_b;
+        if (!taps) tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
+        fade_a = GTAOI_NAME(gtaoi_rise)(c, f, &s, 0, GTAOI_NAME(gtaoi_height)(c, 0, at, q, across, orthographic, taps), inv,
+                                        GV_ADD(base, tangent), &a, orthographic, bounded, ring);
+        fade_b = GTAOI_NAME(gtaoi_rise)(c, f, &s, 1, GTAOI_NAME(gtaoi_height)(c, 1, at, q, back, orthographic, taps), inv,
+                                        GV_SUB(base, tangent), &b, orthographic, bounded, ring);
+        if (ring && GM_ANY(GM_OR(fade_a, fade_b))) {
+            GTAOI_NAME(gtaoi_fade)(c, f, &s, 0, &a, fade_a);
+            GTAOI_NAME(gtaoi_fade)(c, f, &s, 1, &b, fade_b);
+        }
     }
-    for (; j < n0; j++, q++) {
+    for (; j < rest; j++, q++) { /* one side has left the image */
         V inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
-        if (taps) fraction = GV_SET(q->ux);
-        else tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
-        GTAOI_NAME(gtaoi_visit)(c, f, &s, 0, at, q, inv, GV_ADD(base, tangent), fraction, across, orthographic, bounded, ring, taps);
-    }
-    for (; j < n1; j++, q++) {
-        V inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
-        if (taps) fraction = GV_SET(q->ux);
-        else tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
-        GTAOI_NAME(gtaoi_visit)(c, f, &s, 1, at, q, inv, GV_SUB(base, tangent), fraction, back, orthographic, bounded, ring, taps);
+        M fading;
+        if (!taps) tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
+        if (side) {
+            fading = GTAOI_NAME(gtaoi_rise)(c, f, &s, 1, GTAOI_NAME(gtaoi_height)(c, 1, at, q, back, orthographic, taps), inv,
+                                            GV_SUB(base, tangent), &a, orthographic, bounded, ring);
+            if (ring && GM_ANY(fading)) GTAOI_NAME(gtaoi_fade)(c, f, &s, 1, &a, fading);
+        } else {
+            fading = GTAOI_NAME(gtaoi_rise)(c, f, &s, 0, GTAOI_NAME(gtaoi_height)(c, 0, at, q, across, orthographic, taps), inv,
+                                            GV_ADD(base, tangent), &a, orthographic, bounded, ring);
+            if (ring && GM_ANY(fading)) GTAOI_NAME(gtaoi_fade)(c, f, &s, 0, &a, fading);
+        }
     }
     *horizons = s;
 }
@@ -1910,7 +1938,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const PIXEL 
         } else {
             q = c->sample + ((size_t)index * (size_t)c->classes + (size_t)k) * (size_t)c->max_steps;
         }
-        stats->samples += (uint64_t)(2 * (n - begin) * gtaoi_popcount(GM_BITS(chosen)));
+        stats->samples += (uint64_t)(2 * (n - begin) * gtaoi_popcount(c->every_pixel ? bits : GM_BITS(lanes)));
         if (whole && GM_BITS(lanes) == bits) { /* nearly always: all of one class */
             GTAOI_NAME(gtaoi_search_list)(c, p, f, s, at, index, q, 0, n, x, y);
             return;
@@ -1997,9 +2025,12 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const PIXEL 
             tangent = GV_ADD(GV_MUL(p->gx, ux), GV_MUL(p->gy, uy));
             before[0] = s->rise[side], before[1] = s->cosine[side];
             if (c->cosines) GTAOI_NAME(gtaoi_visit_cosine)(c, p, f, s, side, w, inv, ux, uy);
-            else
-                GTAOI_NAME(gtaoi_rise)(c, f, s, side, w, inv, GV_ADD(GV_MUL(p->w0, inv), tangent), c->orthographic,
-                                       c->bounded, 1);
+            else {
+                SAMPLE sample;
+                M fading = GTAOI_NAME(gtaoi_rise)(c, f, s, side, w, inv, GV_ADD(GV_MUL(p->w0, inv), tangent), &sample,
+                                                  c->orthographic, c->bounded, 1);
+                if (c->bounded && GM_ANY(fading)) GTAOI_NAME(gtaoi_fade)(c, f, s, side, &sample, fading);
+            }
             if (taps) {
                 s->rise[side] = GV_SELECT(within, s->rise[side], before[0]);
                 s->cosine[side] = GV_SELECT(within, s->cosine[side], before[1]);
@@ -2421,6 +2452,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
             }
             if (normals) {
                 const float *from = (const float *)(const void *)normals + (ptrdiff_t)x0 * components;
+                GTAOI_PREFETCH(from + 8 * BLOCK * components, BLOCK * components);
                 GTAOI_NAME(gtaoi_read_normals)(from, components, period, count, n);
             }
             for (g = 0; g < groups; g++) {
@@ -2481,6 +2513,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
 #undef PIXEL
 #undef FRAME
 #undef HORIZONS
+#undef SAMPLE
 #undef SUM
 #undef GV_SET
 #undef GV_LOAD
