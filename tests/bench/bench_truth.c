@@ -90,10 +90,10 @@ int main(int argc, char **argv) {
     int status = 0;
     printf("%-10s %9s %9s %8s %8s %8s %8s %8s\n", "scene", "triangles", "radius px", "sky", "rays", "view", "rmse",
            "s");
-    for (int i = 0; i < scene_count() && !status; ++i) {
+    for (int i = 0; i < bench_scene_count() && !status; ++i) {
         bool wanted = first == argc;
         for (int k = first; k < argc; ++k)
-            wanted = wanted || strcmp(argv[k], scene_name(i)) == 0;
+            wanted = wanted || strcmp(argv[k], bench_scene_name(i)) == 0;
         if (!wanted)
             continue;
         dataset d;

@@ -46,7 +46,7 @@ static uint64_t hash_bytes(uint64_t h, const void *data, size_t size) {
 
 /* One line that changes with anything the images depend on. */
 static void describe(const dataset *d, const dataset_options *o, char *text, size_t size) {
-    const scene_mesh *m = &d->scene.mesh;
+    const bench_scene_mesh *m = &d->scene.mesh;
     uint64_t h = hash_bytes(0xcbf29ce484222325u, m->positions, m->vertex_count * 3 * sizeof *m->positions);
     h = hash_bytes(h, m->indices, m->triangle_count * 3 * sizeof *m->indices);
     h = hash_bytes(h, &d->scene.camera.eye, 4 * sizeof(vec3));
@@ -161,9 +161,9 @@ static bool write_cached(const dataset *d, const char *path, const char *stamp, 
 
 bool dataset_open(dataset *d, int index, const dataset_options *o, pool *threads) {
     memset(d, 0, sizeof *d);
-    if (!make_folders(CACHE) || !scene_build(&d->scene, index, o->width, o->height))
+    if (!make_folders(CACHE) || !bench_scene_build(&d->scene, index, o->width, o->height))
         return false;
-    const scene_camera *c = &d->scene.camera;
+    const bench_scene_camera *c = &d->scene.camera;
     d->view.width = o->width, d->view.height = o->height;
     d->view.focal_px = (float)c->focal_px, d->view.cx = (float)c->cx, d->view.cy = (float)c->cy;
     d->view.radius = (float)(d->scene.radius * (o->radius_scale > 0 ? o->radius_scale : 1));
@@ -198,7 +198,7 @@ void dataset_close(dataset *d) {
     free(d->normals);
     free(d->truth_rays);
     free(d->truth_view);
-    scene_free(&d->scene);
+    bench_scene_free(&d->scene);
     memset(d, 0, sizeof *d);
 }
 

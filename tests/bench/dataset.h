@@ -3,7 +3,7 @@
 #define BENCH_DATASET_H
 
 #include "examples/common/pool.h"
-#include "scene.h"
+#include "scenes.h"
 #include "view.h"
 
 typedef struct dataset_options {
@@ -14,7 +14,7 @@ typedef struct dataset_options {
 } dataset_options;
 
 typedef struct dataset {
-    scene scene;
+    bench_scene scene;
     view view;
     float *z, *normals;
     float *truth_rays; /* visibility by ray tracing the meshes (trace.h) */

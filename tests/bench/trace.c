@@ -15,7 +15,7 @@ struct trace {
 
 enum { PACKET = 8 };
 
-trace *trace_open(const scene *s) {
+trace *trace_open(const bench_scene *s) {
     trace *t = calloc(1, sizeof *t);
     if (!t)
         return NULL;
@@ -86,7 +86,7 @@ static vec3 facing_normal(const struct RTCRayHit *r, vec3 direction) {
     return v3_scale(n, (v3_dot(n, direction) > 0 ? -1 : 1) / length);
 }
 
-void trace_primary_rows(const trace *t, const scene_camera *camera, float *z, float *normals, int row_begin,
+void trace_primary_rows(const trace *t, const bench_scene_camera *camera, float *z, float *normals, int row_begin,
                         int row_end) {
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);

@@ -2,18 +2,18 @@
 #ifndef BENCH_TRACE_H
 #define BENCH_TRACE_H
 
-#include "scene.h"
+#include "scenes.h"
 #include "view.h"
 
 typedef struct trace trace;
 
 /* Null (and a printed reason) if Embree fails. */
-trace *trace_open(const scene *s);
+trace *trace_open(const bench_scene *s);
 void trace_close(trace *t);
 
 /* Depth and geometric normal at the pixel centres of rows [row_begin, row_end). Faces are two-sided; the normal is the
  * one towards the eye. Sky: z = VIEW_SKY, normal towards the eye. */
-void trace_primary_rows(const trace *t, const scene_camera *camera, float *z, float *normals, int row_begin,
+void trace_primary_rows(const trace *t, const bench_scene_camera *camera, float *z, float *normals, int row_begin,
                         int row_end);
 
 /* Visibility by `strata` x `strata` rays a pixel, cosine-distributed about the normal and of length R = v->radius. A hit

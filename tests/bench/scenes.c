@@ -1,4 +1,4 @@
-#include "scene.h"
+#include "scenes.h"
 
 #include <stdint.h>
 #include <stdio.h>
@@ -124,7 +124,7 @@ static void *grown(void *old, size_t bytes) {
     return p;
 }
 
-static unsigned add_vertex(scene_mesh *m, const frame *f, vec3 p) {
+static unsigned add_vertex(bench_scene_mesh *m, const frame *f, vec3 p) {
     if (m->vertex_count == m->vertex_capacity) {
         m->vertex_capacity = m->vertex_capacity ? m->vertex_capacity * 2 : 4096;
         m->positions = grown(m->positions, m->vertex_capacity * 3 * sizeof *m->positions);
@@ -135,7 +135,7 @@ static unsigned add_vertex(scene_mesh *m, const frame *f, vec3 p) {
     return (unsigned)m->vertex_count++;
 }
 
-static void add_triangle(scene_mesh *m, unsigned a, unsigned b, unsigned c) {
+static void add_triangle(bench_scene_mesh *m, unsigned a, unsigned b, unsigned c) {
     if (m->triangle_count == m->triangle_capacity) {
         m->triangle_capacity = m->triangle_capacity ? m->triangle_capacity * 2 : 4096;
         m->indices = grown(m->indices, m->triangle_capacity * 3 * sizeof *m->indices);
@@ -144,12 +144,12 @@ static void add_triangle(scene_mesh *m, unsigned a, unsigned b, unsigned c) {
     t[0] = a, t[1] = b, t[2] = c;
 }
 
-static void add_quad(scene_mesh *m, unsigned a, unsigned b, unsigned c, unsigned d) {
+static void add_quad(bench_scene_mesh *m, unsigned a, unsigned b, unsigned c, unsigned d) {
     add_triangle(m, a, b, c);
     add_triangle(m, a, c, d);
 }
 
-static void add_box(scene_mesh *m, frame f, double x0, double y0, double z0, double x1, double y1, double z1) {
+static void add_box(bench_scene_mesh *m, frame f, double x0, double y0, double z0, double x1, double y1, double z1) {
     unsigned v[8];
     for (int i = 0; i < 8; ++i)
         v[i] = add_vertex(m, &f, v3(i & 1 ? x1 : x0, i & 2 ? y1 : y0, i & 4 ? z1 : z0));
@@ -159,7 +159,7 @@ static void add_box(scene_mesh *m, frame f, double x0, double y0, double z0, dou
 }
 
 /* Box by centre and full size. */
-static void add_block(scene_mesh *m, frame f, double x, double y, double z, double sx, double sy, double sz) {
+static void add_block(bench_scene_mesh *m, frame f, double x, double y, double z, double sx, double sy, double sz) {
     add_box(m, f, x - sx / 2, y - sy / 2, z - sz / 2, x + sx / 2, y + sy / 2, z + sz / 2);
 }
 
@@ -172,7 +172,7 @@ typedef struct lathe {
     int first_fluted, last_fluted;
 } lathe;
 
-static void add_lathe(scene_mesh *m, frame f, const lathe *l) {
+static void add_lathe(bench_scene_mesh *m, frame f, const lathe *l) {
     unsigned previous = 0;
     for (int i = 0; i < l->points; ++i) {
         unsigned first = (unsigned)m->vertex_count;
@@ -190,19 +190,19 @@ static void add_lathe(scene_mesh *m, frame f, const lathe *l) {
     }
 }
 
-static void add_revolved(scene_mesh *m, frame f, const double (*profile)[2], int points, int sides) {
+static void add_revolved(bench_scene_mesh *m, frame f, const double (*profile)[2], int points, int sides) {
     lathe l = {profile, points, sides, 0, 0, 0, 0};
     add_lathe(m, f, &l);
 }
 
 /* Closed cylinder or cone from a to b. */
-static void add_rod(scene_mesh *m, frame f, vec3 a, vec3 b, double ra, double rb, int sides) {
+static void add_rod(bench_scene_mesh *m, frame f, vec3 a, vec3 b, double ra, double rb, int sides) {
     double h = v3_length(v3_sub(b, a)), profile[4][2] = {{0, 0}, {ra, 0}, {rb, h}, {0, h}};
     add_revolved(m, along(f, a, b), (const double(*)[2])profile, 4, sides);
 }
 
 /* Rod with spherical ends: two spheres of radii ra and rb and the cone between them. */
-static void add_capsule(scene_mesh *m, frame f, vec3 a, vec3 b, double ra, double rb, int sides) {
+static void add_capsule(bench_scene_mesh *m, frame f, vec3 a, vec3 b, double ra, double rb, int sides) {
     enum { ARC = 8 };
     double h = v3_length(v3_sub(b, a)), profile[2 * ARC + 2][2];
     /* The cone touches the spheres where its normal leans by asin((ra - rb) / h). */
@@ -215,7 +215,7 @@ static void add_capsule(scene_mesh *m, frame f, vec3 a, vec3 b, double ra, doubl
     add_revolved(m, along(f, a, b), (const double(*)[2])profile, 2 * ARC + 2, sides);
 }
 
-static void add_ellipsoid(scene_mesh *m, frame f, vec3 c, double rx, double ry, double rz, int sides) {
+static void add_ellipsoid(bench_scene_mesh *m, frame f, vec3 c, double rx, double ry, double rz, int sides) {
     enum { ARC = 24 };
     double profile[ARC + 1][2];
     for (int i = 0; i <= ARC; ++i) {
@@ -226,7 +226,7 @@ static void add_ellipsoid(scene_mesh *m, frame f, vec3 c, double rx, double ry, 
 }
 
 /* Ring of wire radius r around the y axis. */
-static void add_ring(scene_mesh *m, frame f, double radius, double r, int around, int sides) {
+static void add_ring(bench_scene_mesh *m, frame f, double radius, double r, int around, int sides) {
     unsigned first = (unsigned)m->vertex_count, n = (unsigned)around, s = (unsigned)sides;
     for (int i = 0; i < around; ++i)
         for (int k = 0; k < sides; ++k) {
@@ -243,7 +243,7 @@ static void add_ring(scene_mesh *m, frame f, double radius, double r, int around
 /* Grid of (nx + 1) x (nz + 1) vertices over [x0, x1] x [z0, z1]. */
 typedef double height_function(double x, double z, const void *context);
 
-static void add_relief(scene_mesh *m, frame f, double x0, double z0, double x1, double z1, int nx, int nz,
+static void add_relief(bench_scene_mesh *m, frame f, double x0, double z0, double x1, double z1, int nx, int nz,
                        height_function *height, const void *context) {
     unsigned first = (unsigned)m->vertex_count, row = (unsigned)nx + 1;
     for (int j = 0; j <= nz; ++j)
@@ -262,8 +262,8 @@ static void add_relief(scene_mesh *m, frame f, double x0, double z0, double x1, 
  * the surface crosses, at the mean of the crossings of its edges. */
 typedef double distance_function(vec3 p, const void *context);
 
-static void add_implicit(scene_mesh *m, frame f, distance_function *distance, const void *context, vec3 lo, vec3 hi,
-                         double cell) {
+static void add_implicit(bench_scene_mesh *m, frame f, distance_function *distance, const void *context, vec3 lo,
+                         vec3 hi, double cell) {
     int nx = (int)((hi.x - lo.x) / cell) + 1, ny = (int)((hi.y - lo.y) / cell) + 1,
         nz = (int)((hi.z - lo.z) / cell) + 1;
     size_t plane = (size_t)(nx + 1) * (size_t)(ny + 1);
@@ -338,8 +338,8 @@ static double ellipsoid_distance(vec3 p, vec3 c, double rx, double ry, double rz
 /* ---- camera ------------------------------------------------------------------------------------------------------ */
 
 /* focal_widths: focal length in image widths, so that the field of view does not depend on the resolution. */
-static void look_at(scene *s, vec3 eye, vec3 target, double focal_widths, int width, int height) {
-    scene_camera *c = &s->camera;
+static void look_at(bench_scene *s, vec3 eye, vec3 target, double focal_widths, int width, int height) {
+    bench_scene_camera *c = &s->camera;
     c->eye = eye;
     c->forward = v3_normalize(v3_sub(target, eye));
     c->right = v3_normalize(v3_cross(c->forward, v3(0, 1, 0)));
@@ -381,7 +381,7 @@ static double map_height(double x, double z, const void *context) {
 }
 
 /* Open ground with real relief: one unit is one cell (92 m), heights exaggerated three times. */
-static bool build_terrain(scene *s, int width, int height) {
+static bool build_terrain(bench_scene *s, int width, int height) {
     height_map map = {0, 0, NULL};
     if (!read_height_map("tests/data/jacksboro.pfm", &map))
         return false;
@@ -395,8 +395,8 @@ static bool build_terrain(scene *s, int width, int height) {
 }
 
 /* A stairwell: corners, treads, a landing, balusters, beams, a door reveal and a window. */
-static bool build_stairs(scene *s, int width, int height) {
-    scene_mesh *m = &s->mesh;
+static bool build_stairs(bench_scene *s, int width, int height) {
+    bench_scene_mesh *m = &s->mesh;
     frame f = world;
     add_box(m, f, -3, -0.1, -4, 3, 0, 4);     /* floor */
     add_box(m, f, -3, 3.2, -4, 3, 3.3, 4);    /* ceiling */
@@ -450,7 +450,7 @@ static bool build_stairs(scene *s, int width, int height) {
     return true;
 }
 
-static void add_column(scene_mesh *m, frame f, double h) {
+static void add_column(bench_scene_mesh *m, frame f, double h) {
     double p[][2] = {{0.48, 0.16},    {0.5, 0.2},       {0.5, 0.26},      {0.47, 0.3},      {0.42, 0.32},
                      {0.42, 0.36},    {0.44, 0.4},      {0.44, 0.44},     {0.4, 0.48},      {0.36, 0.52},
                      {0.36, 0.56},    {0.345, h * 0.5}, {0.31, h - 0.62}, {0.31, h - 0.58}, {0.34, h - 0.55},
@@ -463,8 +463,8 @@ static void add_column(scene_mesh *m, frame f, double h) {
 }
 
 /* Two rows of fluted columns under arches on three steps, a coffered ceiling, the sky at the end. */
-static bool build_columns(scene *s, int width, int height) {
-    scene_mesh *m = &s->mesh;
+static bool build_columns(bench_scene *s, int width, int height) {
+    bench_scene_mesh *m = &s->mesh;
     frame f = world;
     const double h = 4.2, pitch = 3.0;
     add_box(m, f, -60, -1.2, -90, 60, -0.75, 30);
@@ -529,7 +529,7 @@ static bool build_columns(scene *s, int width, int height) {
 }
 
 /* A leaf along +z from the origin, bent down and folded along its rib. */
-static void add_leaf(scene_mesh *m, frame f, double length, double breadth, double droop, double fold) {
+static void add_leaf(bench_scene_mesh *m, frame f, double length, double breadth, double droop, double fold) {
     enum { N = 7 };
     unsigned row[3] = {0, 0, 0};
     for (int i = 0; i <= N; ++i) {
@@ -550,8 +550,8 @@ static double soil_height(double x, double z, const void *context) {
 }
 
 /* A shrub in a pot, ferns and grass on bumpy ground. */
-static bool build_foliage(scene *s, int width, int height) {
-    scene_mesh *m = &s->mesh;
+static bool build_foliage(bench_scene *s, int width, int height) {
+    bench_scene_mesh *m = &s->mesh;
     frame f = world;
     uint32_t seed = 7;
     add_relief(m, f, -6, -9, 6, 4, 260, 280, soil_height, NULL);
@@ -608,8 +608,8 @@ static bool build_foliage(scene *s, int width, int height) {
 }
 
 /* Grilles: a fan behind its guard, a lattice, louvres and a chain-link panel before a wall. */
-static bool build_grilles(scene *s, int width, int height) {
-    scene_mesh *m = &s->mesh;
+static bool build_grilles(bench_scene *s, int width, int height) {
+    bench_scene_mesh *m = &s->mesh;
     frame f = world;
     add_box(m, f, -5, -0.1, -0.9, 5, 0, 5);
     add_box(m, f, -5, 0, -1.0, 5, 4, -0.9);
@@ -739,8 +739,8 @@ static double coral_distance(vec3 p, const void *context) {
     return d + 0.17 * noise3(v3_scale(p, 6.5)) + 0.05 * noise3(v3_scale(p, 15)) + 0.015 * fbm(v3_scale(p, 34), 3);
 }
 
-static bool build_scan(scene *s, int width, int height) {
-    scene_mesh *m = &s->mesh;
+static bool build_scan(bench_scene *s, int width, int height) {
+    bench_scene_mesh *m = &s->mesh;
     frame f = world;
     add_box(m, f, -20, -0.62, -20, 20, -0.5, 20);
     static const double plinth[][2] = {{1.45, -0.5}, {1.45, -0.36}, {1.4, -0.34}, {1.34, -0.3},
@@ -755,7 +755,7 @@ static bool build_scan(scene *s, int width, int height) {
     return true;
 }
 
-static void add_chair(scene_mesh *m, frame f) {
+static void add_chair(bench_scene_mesh *m, frame f) {
     for (int i = 0; i < 4; ++i) {
         double x = i & 1 ? 0.19 : -0.19, z = i & 2 ? 0.19 : -0.19, top = i & 2 ? 0.44 : 0.95;
         add_rod(m, f, v3(x * 1.1, 0, z * 1.12), v3(x, 0.44, z), 0.016, 0.022, 12);
@@ -776,8 +776,8 @@ static double rug_height(double x, double z, const void *context) {
     return 0.012 + fold + 0.006 * fbm(v3(4 * x, 0, 4 * z), 3);
 }
 
-static bool build_furniture(scene *s, int width, int height) {
-    scene_mesh *m = &s->mesh;
+static bool build_furniture(bench_scene *s, int width, int height) {
+    bench_scene_mesh *m = &s->mesh;
     frame f = world;
     uint32_t seed = 99;
     add_box(m, f, -3, -0.1, -2, 3, 0, 4);
@@ -879,17 +879,17 @@ static bool build_furniture(scene *s, int width, int height) {
 }
 
 /* A person walking 1.2 m in front of a wall: the silhouette case of [TP16]. */
-static bool build_figure(scene *s, int width, int height) {
-    scene_mesh *m = &s->mesh;
+static bool build_figure(bench_scene *s, int width, int height) {
+    bench_scene_mesh *m = &s->mesh;
     frame f = world;
     add_box(m, f, -8, -0.1, -1.6, 8, 0, 6);
     /* a wall of bricks in running bond, a ledge and a kerb */
-    add_box(m, f, -8, 0, -1.8, 8, 4, -1.63);
+    add_box(m, f, -8, 0, -1.8, 8, 4, -1.608);
     for (int j = 0; j < 18; ++j)
         for (int i = -16; i < 16; ++i) {
             double x = 0.32 * i + (j & 1 ? 0.16 : 0), y = 0.16 * j + 0.1;
-            double out = 0.008 * hash_unit(hash_cell(i, j, 3));
-            add_box(m, f, x + 0.008, y + 0.008, -1.64, x + 0.312, y + 0.152, -1.6 + out);
+            double out = 0.006 * hash_unit(hash_cell(i, j, 3));
+            add_box(m, f, x + 0.006, y + 0.006, -1.64, x + 0.314, y + 0.154, -1.6 + out);
         }
     add_box(m, f, -8, 0, -1.62, 8, 0.1, -1.45);
     add_box(m, f, -8, 2.98, -1.62, 8, 3.1, -1.4);
@@ -932,7 +932,7 @@ static bool build_figure(scene *s, int width, int height) {
     return true;
 }
 
-static void add_nut(scene_mesh *m, frame f, double size, double thickness) {
+static void add_nut(bench_scene_mesh *m, frame f, double size, double thickness) {
     /* a hexagonal prism with chamfered rims around a threaded hole */
     enum { SIDES = 48 };
     double hole = size * 0.5;
@@ -956,7 +956,7 @@ static void add_nut(scene_mesh *m, frame f, double size, double thickness) {
         add_ring(m, moved(f, 0, thickness * (i + 0.5) / 6, 0), hole, thickness / 14, 40, 6);
 }
 
-static void add_bolt(scene_mesh *m, frame f, double length) {
+static void add_bolt(bench_scene_mesh *m, frame f, double length) {
     enum { TURNS = 26 };
     double p[2 * TURNS + 4][2];
     int n = 0;
@@ -982,8 +982,8 @@ static double scratch_height(double x, double z, const void *context) {
 
 /* Macro view (units: millimetres, seen from 12): bolts, nuts, washers, a gear and a spring; the radius spans hundreds of
  * pixels. */
-static bool build_near(scene *s, int width, int height) {
-    scene_mesh *m = &s->mesh;
+static bool build_near(bench_scene *s, int width, int height) {
+    bench_scene_mesh *m = &s->mesh;
     frame f = world;
     add_relief(m, f, -25, -30, 25, 15, 300, 500, scratch_height, NULL);
     add_bolt(m, turned_x(turned_y(moved(f, -3.6, 0.62, 1.2), 72), 88), 5);
@@ -1024,8 +1024,8 @@ static bool build_near(scene *s, int width, int height) {
 }
 
 /* A town of blocks, towers and trees from 900 m away; the radius (25 m) spans a dozen pixels. */
-static bool build_far(scene *s, int width, int height) {
-    scene_mesh *m = &s->mesh;
+static bool build_far(bench_scene *s, int width, int height) {
+    bench_scene_mesh *m = &s->mesh;
     frame f = world;
     uint32_t seed = 2024;
     add_box(m, f, -3000, -30, -5000, 3000, 0, 1500);
@@ -1078,7 +1078,7 @@ static bool build_far(scene *s, int width, int height) {
 
 static const struct {
     const char *name, *title;
-    bool (*build)(scene *s, int width, int height);
+    bool (*build)(bench_scene *s, int width, int height);
 } scenes[] = {
     {"terrain", "open terrain", build_terrain},          {"stairs", "interior with corners and stairs", build_stairs},
     {"columns", "columns and arches", build_columns},    {"foliage", "foliage", build_foliage},
@@ -1087,22 +1087,22 @@ static const struct {
     {"near", "very near: small parts", build_near},      {"far", "very far: a town", build_far},
 };
 
-int scene_count(void) {
+int bench_scene_count(void) {
     return (int)(sizeof scenes / sizeof *scenes);
 }
 
-const char *scene_name(int index) {
+const char *bench_scene_name(int index) {
     return scenes[index].name;
 }
 
-bool scene_build(scene *out, int index, int width, int height) {
+bool bench_scene_build(bench_scene *out, int index, int width, int height) {
     memset(out, 0, sizeof *out);
     out->name = scenes[index].name;
     out->title = scenes[index].title;
     return scenes[index].build(out, width, height);
 }
 
-void scene_free(scene *s) {
+void bench_scene_free(bench_scene *s) {
     free(s->mesh.positions);
     free(s->mesh.indices);
     memset(s, 0, sizeof *s);
