@@ -55,7 +55,6 @@ enum { NULL_DESC = 1, NULL_OUTPUT = 2 };
     X(depth_stride_short, GTAO_ERROR_DEPTH_STRIDE, c->desc.depth_stride = 4 * WIDTH - 4)                               \
     X(depth_stride_negative, GTAO_ERROR_DEPTH_STRIDE, c->desc.depth_stride = -(4 * WIDTH - 4))                         \
     X(depth_stride_odd, GTAO_ERROR_DEPTH_STRIDE, c->desc.depth_stride = 4 * WIDTH + 2)                                 \
-    X(depth_stride_least, GTAO_ERROR_DEPTH_STRIDE, c->desc.depth_stride = PTRDIFF_MIN)                                 \
     X(depth_kind_unknown, GTAO_ERROR_DEPTH_KIND, c->desc.depth_kind = (gtao_depth_kind)4)                              \
     X(height_in_perspective, GTAO_ERROR_DEPTH_KIND, c->desc.depth_kind = GTAO_DEPTH_HEIGHT)                            \
     X(device_scale_zero, GTAO_ERROR_DEVICE, c->desc.depth_kind = GTAO_DEPTH_DEVICE)                                    \
