@@ -370,8 +370,9 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 /* ---- constants ------------------------------------------------------------------------------------------------ */
 
 #define GTAOI_PI 3.14159265358979323846
-#define GTAOI_SKY (-1099511627776.0f)       /* -2^40: height of sky and of anything invalid; rises above nothing */
-#define GTAOI_SKY_LIMIT (-549755813888.0f)  /* -2^39: heights below are sky */
+#define GTAOI_SKY (-1.2676506e30f)          /* -2^100: height of sky and of anything invalid; rises above no plane */
+#define GTAOI_SKY_LIMIT (-6.338253e29f)     /* -2^99: heights below are sky */
+#define GTAOI_RAY_LIMIT 1e15f               /* of r0, so that its square is finite */
 #define GTAOI_W_MIN 8.67361738e-19f         /* 2^-60: least height that is not sky, in units of 1 / radius */
 #define GTAOI_W_MAX 1048576.0f              /* 2^20: greatest height */
 #define GTAOI_ORTHO_LIMIT 274877906944.0f   /* 2^38: orthographic heights, in pixels */
@@ -384,6 +385,7 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #define GTAOI_PAD 20                        /* floats beside each row segment: one group of 16 and a few taps */
 #define GTAOI_LANES 16                      /* widest group */
 #define GTAOI_CHUNK 64                      /* samples whose offsets are remapped at once at clamped and wrapped borders */
+#define GTAOI_NEAR 8                        /* first samples in every-pixel mode whose taps also bound them from above */
 #define GTAOI_SAME_SURFACE_PX 4.0f          /* neighbours within so many pixel footprints in depth are one surface */
 
 /* ---- scalar helpers, in the papers' order --------------------------------------------------------------------- */
@@ -493,7 +495,9 @@ GTAO_API void gtao_sincos(float a_rad, float *sine, float *cosine) {
 GTAO_API float gtao_atan2(float y, float x) {
     GTAOI_NO_CONTRACT
     float ay = y < 0.0f ? -y : y, ax = x < 0.0f ? -x : x;
-    float hi = gtaoi_max(ax, ay), lo = gtaoi_min(ax, ay), q, qq, q4, p;
+    float hi, lo, q, qq, q4, p;
+    ax = gtaoi_min(ax, 1e30f), ay = gtaoi_min(ay, 1e30f); /* NaN too */
+    hi = gtaoi_max(ax, ay), lo = gtaoi_min(ax, ay);
     if (!(hi > 0.0f)) return 0.0f;
     q = lo / hi;
     qq = q * q;
@@ -509,6 +513,8 @@ GTAO_API float gtao_atan2(float y, float x) {
 GTAO_API float gtao_arc(float h_rad, float n_rad) {
     GTAOI_NO_CONTRACT
     float sn, cn, s2, c2;
+    h_rad = gtaoi_clamp(h_rad, -7.0f, 7.0f);
+    n_rad = gtaoi_clamp(n_rad, -7.0f, 7.0f);
     gtao_sincos(n_rad, &sn, &cn);
     gtao_sincos(2.0f * h_rad - n_rad, &s2, &c2);
     return 0.25f * (cn + 2.0f * h_rad * sn - c2);
@@ -538,8 +544,9 @@ GTAO_API void gtao_arc_bent(float h0_rad, float h1_rad, float n_rad, float t[2])
 
 GTAO_API float gtao_multi_bounce(float visibility, float albedo) {
     GTAOI_NO_CONTRACT
-    float a = 2.0404f * albedo - 0.3324f, b = -4.7951f * albedo + 0.6417f, c = 2.7552f * albedo + 0.6903f;
-    float x = visibility;
+    float a, b, c, x = gtaoi_clamp(visibility, 0.0f, 1.0f);
+    albedo = gtaoi_clamp(albedo, 0.0f, 1.0f);
+    a = 2.0404f * albedo - 0.3324f, b = -4.7951f * albedo + 0.6417f, c = 2.7552f * albedo + 0.6903f;
     return gtaoi_min(gtaoi_max(x, ((x * a + b) * x + c) * x), 1.0f); /* 1.0001 at visibility and albedo 1 */
 }
 
@@ -682,6 +689,11 @@ typedef struct gtaoi_sample {
     int32_t offset[4]; /* of the taps in the height buffer: +q, -q, second taps of +q and -q */
 } gtaoi_sample;
 
+/* The two taps of one of the first samples in every-pixel mode, each as a sample of its own. */
+typedef struct gtaoi_taps {
+    float inv_length[2], ux[2], uy[2];
+} gtaoi_taps;
+
 typedef struct gtaoi_slice {
     float dx, dy; /* unit screen direction */
     float bx, by; /* the same in units of the ray r: (dx / fx, dy / fy), or (dx, dy sy / sx) orthographic */
@@ -720,6 +732,7 @@ struct gtao_context {
     int per_segment;              /* pixels of it */
     gtaoi_slice *slice;           /* [period^2][slices] */
     gtaoi_sample *sample;         /* [period^2][slices][classes or 1][max_steps] */
+    gtaoi_taps *taps;             /* every-pixel mode: [period^2][slices][GTAOI_NEAR] */
     int *count;                   /* [period^2][slices][classes] */
     float *noise;                 /* per-pixel noise: [64][64 + GTAOI_LANES][2 planes] */
     float *step;                  /* per-pixel noise: ((j + offset) / steps)^power, [steps][64 offsets] */
@@ -730,7 +743,7 @@ typedef struct gtaoi_layout {
     float extent_min, extent_max;
     uint32_t class_base;
     ptrdiff_t pitch;
-    size_t w, slice, sample, count, noise, total; /* byte offsets in the aligned scratch */
+    size_t w, slice, sample, taps, count, noise, total; /* byte offsets in the aligned scratch */
 } gtaoi_layout;
 
 static const struct { int slices, steps; } gtaoi_presets[] = {
@@ -803,9 +816,9 @@ static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) 
     if ((unsigned)o->visibility_format > GTAO_FORMAT_UNORM16) return GTAO_ERROR_OUTPUT_FORMAT;
     components = o->bent_components == 0 ? 3 : o->bent_components;
     if ((components != 3 && components != 4) ||
-        !gtaoi_stride_ok(o->visibility_stride, d->width * bytes[o->visibility_format], bytes[o->visibility_format]) ||
-        !gtaoi_stride_ok(o->bent_stride, d->width * components * 4, 4) ||
-        !gtaoi_stride_ok(o->packed_stride, d->width * 4, 4))
+        (o->visibility && !gtaoi_stride_ok(o->visibility_stride, d->width * bytes[o->visibility_format], bytes[o->visibility_format])) ||
+        (o->bent_normals && !gtaoi_stride_ok(o->bent_stride, d->width * components * 4, 4)) ||
+        (o->packed && !gtaoi_stride_ok(o->packed_stride, d->width * 4, 4)))
         return GTAO_ERROR_OUTPUT_STRIDE;
     return GTAO_OK;
 }
@@ -849,10 +862,11 @@ static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
     l->w = (sizeof(struct gtao_context) + 63) / 64 * 64;
     l->slice = l->w + (rows * (size_t)l->pitch * sizeof(float) + 63) / 64 * 64;
     l->sample = l->slice + (phases * (size_t)l->slices * sizeof(gtaoi_slice) + 63) / 64 * 64;
-    l->count = l->sample;
+    l->taps = l->sample;
     if (!l->per_pixel_noise)
-        l->count += phases * (size_t)l->slices * (l->every_pixel ? 1 : (size_t)l->classes) * (size_t)l->max_steps *
+        l->taps += phases * (size_t)l->slices * (l->every_pixel ? 1 : (size_t)l->classes) * (size_t)l->max_steps *
                     sizeof(gtaoi_sample);
+    l->count = l->taps + (l->every_pixel ? phases * (size_t)l->slices * GTAOI_NEAR * sizeof(gtaoi_taps) : 0);
     l->noise = l->count + (phases * (size_t)l->slices * (size_t)l->classes * sizeof(int) + 63) / 64 * 64;
     l->total = l->noise + 63; /* room to align */
     if (l->per_pixel_noise)
@@ -880,8 +894,8 @@ static void gtaoi_sample_offsets(const gtao_context *c, gtaoi_sample *s, int pha
     s->offset[3] = gtaoi_tap(c, phase, -rx, -ry);
 }
 
-/* Round half away from zero, so that both sides of a slice and mirrored slices are treated alike. */
-static int gtaoi_round(double x) { return x < 0.0 ? -(int)(0.5 - x) : (int)(x + 0.5); }
+/* Round half away from zero, ties within rounding too, so that mirrored slices are treated alike. */
+static int gtaoi_round(double x) { return x < 0.0 ? -(int)(0.500000001 - x) : (int)(x + 0.500000001); }
 
 static int gtaoi_class(const gtao_context *c, float extent) {
     return gtaoi_imin(gtaoi_imax((int)(gtaoi_bits(extent) >> GTAOI_CLASS_SHIFT) - (int)c->class_base, 0), c->classes - 1);
@@ -915,9 +929,10 @@ static int gtaoi_fill_steps(const gtao_context *c, gtaoi_sample *s, int phase, d
 }
 
 /* Every pixel along the major axis; across it two taps and the second one's weight. */
-static int gtaoi_fill_every(const gtao_context *c, gtaoi_sample *s, int phase, double dx, double dy, double radius) {
+static int gtaoi_fill_every(const gtao_context *c, gtaoi_sample *s, gtaoi_taps *taps, int phase, double dx, double dy,
+                            double radius) {
     GTAOI_NO_CONTRACT
-    int x_major = (dx < 0.0 ? -dx : dx) >= (dy < 0.0 ? -dy : dy), j, n;
+    int x_major = (dx < 0.0 ? -dx : dx) >= (dy < 0.0 ? -dy : dy), j, k, n;
     double major = x_major ? dx : dy, minor = x_major ? dy : dx, unit = major < 0.0 ? -major : major;
     int step = major < 0.0 ? -1 : 1;
     n = gtaoi_imin((int)(radius * unit + 1e-6), c->max_steps);
@@ -933,6 +948,12 @@ static int gtaoi_fill_every(const gtao_context *c, gtaoi_sample *s, int phase, d
         s->uy = 0.0f;
         if (x_major) gtaoi_sample_offsets(c, s, phase, step * j, a, step * j, b);
         else gtaoi_sample_offsets(c, s, phase, a, step * j, b, step * j);
+        for (k = 0; j <= GTAOI_NEAR && k < 2; k++) {
+            double across = (double)(k ? b : a), along = (double)(step * j), length = sqrt(along * along + across * across);
+            taps[j - 1].inv_length[k] = (float)(1.0 / length);
+            taps[j - 1].ux[k] = (float)((x_major ? along : across) / length);
+            taps[j - 1].uy[k] = (float)((x_major ? across : along) / length);
+        }
     }
     return n;
 }
@@ -959,7 +980,7 @@ static void gtaoi_fill_tables(gtao_context *c, const gtaoi_layout *l) {
                 s->bb = (float)(bx * bx + by * by);
                 s->x_major = (dx < 0.0 ? -dx : dx) >= (dy < 0.0 ? -dy : dy);
                 if (c->per_pixel_noise) continue;
-                if (c->every_pixel) gtaoi_fill_every(c, c->sample + (size_t)index * (size_t)c->max_steps, px, dx, dy, l->max_radius);
+                if (c->every_pixel) gtaoi_fill_every(c, c->sample + (size_t)index * (size_t)c->max_steps, c->taps + index * GTAOI_NEAR, px, dx, dy, l->max_radius);
                 for (r = 0; r < c->classes; r++) {
                     size_t at = (size_t)index * (size_t)c->classes + (size_t)r;
                     double radius = gtaoi_class_radius(c, r, 1.0 / b, l->max_radius);
@@ -1093,6 +1114,7 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
     c->w = (float *)(void *)(base + l.w);
     c->slice = (gtaoi_slice *)(void *)(base + l.slice);
     c->sample = (gtaoi_sample *)(void *)(base + l.sample);
+    c->taps = (gtaoi_taps *)(void *)(base + l.taps);
     c->count = (int *)(void *)(base + l.count);
     c->noise = (float *)(void *)(base + l.noise);
     c->step = c->noise + 2 * 64 * (64 + GTAOI_LANES);
@@ -1237,7 +1259,7 @@ GTAOI_INLINE int gtaoi_interior(const gtao_context *c, const gtaoi_sample *s, in
 /* Leading samples, out of n, on the side of `sign` for which a group at x0 .. x1, y is still over the image (their
  * offsets grow with the index); second taps count where what lies outside is known to be sky. */
 static int gtaoi_reach(const gtao_context *c, const gtaoi_sample *s, int n, int sign, int x0, int x1, int y) {
-    int lo = 0, hi = n, margin = c->every_pixel && c->d.border == GTAO_BORDER_OPEN;
+    int lo = 0, hi = n, margin = c->every_pixel && c->d.border == GTAO_BORDER_OPEN && c->d.thin_blend == 0.0f;
     while (lo < hi) {
         int mid = hi == n ? n - 1 : (lo + hi) / 2, qx = sign * s[mid].qx, qy = sign * s[mid].qy;
         if (y + qy >= -margin && y + qy < c->d.height + margin && x0 + qx < c->d.width + margin && x1 + qx >= -margin)
@@ -1247,7 +1269,7 @@ static int gtaoi_reach(const gtao_context *c, const gtaoi_sample *s, int n, int 
     return lo;
 }
 
-/* Offsets, from pixel x of row y, of samples that a clamped or wrapped border moves. Second taps, if any, lie one pixel
+/* Offsets, from pixel x of row y, of samples that the border moves. Second taps, if any, lie one pixel
  * further along x or y. */
 static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int x, int y, int second_along_x,
                         gtaoi_sample *out) {
@@ -1257,9 +1279,10 @@ static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int
         for (k = 0; k < 4; k++) {
             int sign = k & 1 ? -1 : 1, second = k >= 2 && c->every_pixel && s[i].ux > 0.0f;
             int px = x + sign * (s[i].qx + (second && second_along_x)), py = y + sign * (s[i].qy + (second && !second_along_x));
-            if (c->d.border == GTAO_BORDER_CLAMP) {
+            if (c->d.border != GTAO_BORDER_WRAP) {
+                int margin = c->d.border == GTAO_BORDER_OPEN; /* the rows of sky */
                 px = gtaoi_imin(gtaoi_imax(px, -span), c->d.width);
-                py = gtaoi_imin(gtaoi_imax(py, 0), c->d.height - 1);
+                py = gtaoi_imin(gtaoi_imax(py, -margin), c->d.height - 1 + margin);
             } else {
                 px = gtaoi_wrap(px, c->d.width);
                 py = gtaoi_wrap(py, c->d.height);
@@ -1602,7 +1625,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
     for (y = y0; y < y1; y++) {
         const float *depth = (const float *)(const void *)((const char *)d->depth + (ptrdiff_t)y * d->depth_stride);
         float *row = c->w + (ptrdiff_t)y * c->pitch;
-        float ry = ((float)y + 0.5f - c->cy) * c->by1, ry2 = ry * ry + 1.0f;
+        float ry = gtaoi_clamp(((float)y + 0.5f - c->cy) * c->by1, -GTAOI_RAY_LIMIT, GTAOI_RAY_LIMIT), ry2 = ry * ry + 1.0f;
         for (x = 0; x < w; x += GTAOI_CHUNK) {
             float in[GTAOI_CHUNK], out[GTAOI_CHUNK];
             const float *from = depth + x;
@@ -1710,13 +1733,13 @@ typedef struct SAMPLE {
     V reach; /* (distance / radius)^2 = rho / reach^2 */
 } SAMPLE;
 
-/* One sample of height w at distance 1 / inv; base = w0 / t + slope of the tangent plane there. Returns the pixels for
+/* One sample of height w at distance 1 / inv, `rise` above the tangent plane. Returns the pixels for
  * which it lies in the falloff ring and above what has been found. */
-GTAOI_FI M GTAOI_NAME(gtaoi_rise)(const gtao_context *c, const FRAME *f, HORIZONS *s, int side, V w, V inv, V base,
+GTAOI_FI M GTAOI_NAME(gtaoi_rise)(const gtao_context *c, const FRAME *f, HORIZONS *s, int side, V w, V inv, V rise,
                                   SAMPLE *sample, int orthographic, int bounded, int ring) {
     GTAOI_NO_CONTRACT
-    V slope = GV_MUL(w, inv), rise = GV_SUB(slope, base), tangent, reach2;
-    M inside = GV_LT(base, base);
+    V slope = GV_MUL(w, inv), tangent, reach2;
+    M inside = GV_LT(inv, inv);
     if (!bounded) {
         s->rise[side] = GV_MAX(s->rise[side], rise);
         return inside;
@@ -1757,32 +1780,50 @@ GTAOI_FI V GTAOI_NAME(gtaoi_between)(const gtao_context *c, V a, V b, V fraction
 }
 
 
-/* Height at a sample of the table, on one side. */
-GTAOI_FI V GTAOI_NAME(gtaoi_height)(const gtao_context *c, int side, const float *at, const gtaoi_sample *q, V g_across,
-                                    int orthographic, int taps) {
-    V w = GV_LOAD(at + q->offset[side]);
-    if (!taps) return w;
-    return GTAOI_NAME(gtaoi_between)(c, w, GV_LOAD(at + q->offset[side + 2]), GV_SET(q->ux), g_across, orthographic);
+/* A sample of the table on one side: rise above the tangent plane, height per pixel, and the height itself. */
+GTAOI_FI V GTAOI_NAME(gtaoi_take)(const gtao_context *c, const PIXEL *p, int side, const float *at, const gtaoi_sample *q,
+                                  const gtaoi_taps *near_taps, V inv, V base, V tangent, V across, V *w,
+                                  int orthographic, int taps) {
+    GTAOI_NO_CONTRACT
+    V a = GV_LOAD(at + q->offset[side]), b, rise, rise_a, rise_b;
+    base = side ? GV_SUB(base, tangent) : GV_ADD(base, tangent);
+    *w = a;
+    if (!taps) return GV_SUB(GV_MUL(a, inv), base);
+    b = GV_LOAD(at + q->offset[side + 2]);
+    if (side) across = GV_SUB(GV_SET(0.0f), across);
+    *w = GTAOI_NAME(gtaoi_between)(c, a, b, GV_SET(q->ux), across, orthographic);
+    rise = GV_SUB(GV_MUL(*w, inv), base);
+    if (!near_taps) return rise;
+    /* A straight line between the taps lies above a hollow surface: no higher than either tap in its own direction. */
+    tangent = GV_ADD(GV_MUL(p->gx, GV_SET(near_taps->ux[0])), GV_MUL(p->gy, GV_SET(near_taps->uy[0])));
+    if (side) tangent = GV_SUB(GV_SET(0.0f), tangent);
+    rise_a = GV_SUB(GV_MUL(GV_SUB(a, p->w0), GV_SET(near_taps->inv_length[0])), tangent);
+    tangent = GV_ADD(GV_MUL(p->gx, GV_SET(near_taps->ux[1])), GV_MUL(p->gy, GV_SET(near_taps->uy[1])));
+    if (side) tangent = GV_SUB(GV_SET(0.0f), tangent);
+    rise_b = GV_SUB(GV_MUL(GV_SUB(b, p->w0), GV_SET(near_taps->inv_length[1])), tangent);
+    return GV_MIN(rise, GV_MAX(rise_a, rise_b));
 }
 
-/* The horizon search: samples [0, n0) on the + side, [0, n1) on the - side. `at` is the group's first pixel. */
+/* The horizon search: samples [0, n0) on the + side, [0, n1) on the - side. `at` is the group's first pixel. `near_taps`
+ * are those of the first n_near samples. */
 GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *horizons,
-                                      const float *at, const gtaoi_sample *q, int n0, int n1, int orthographic,
-                                      int bounded, int ring, int taps) {
+                                      const float *at, const gtaoi_sample *q, int n0, int n1, const gtaoi_taps *near_taps,
+                                      int n_near, int orthographic, int bounded, int ring, int taps) {
     GTAOI_NO_CONTRACT
     HORIZONS s = *horizons;
     SAMPLE a, b;
     int j, both = gtaoi_imin(n0, n1), rest = gtaoi_imax(n0, n1), side = n1 > n0;
-    V tangent = GV_ADD(GV_MUL(p->gx, f->dx), GV_MUL(p->gy, f->dy)), across = tangent, back = tangent;
-    if (taps) across = GV_SELECT(GV_LE(GV_ABS(f->dy), GV_ABS(f->dx)), p->gy, p->gx), back = GV_SUB(GV_SET(0.0f), across);
+    V tangent = GV_ADD(GV_MUL(p->gx, f->dx), GV_MUL(p->gy, f->dy)), across = tangent, w, rise;
+    if (taps) across = GV_SELECT(GV_LE(GV_ABS(f->dy), GV_ABS(f->dx)), p->gy, p->gx);
     for (j = 0; j < both; j++, q++) {
         V inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
+        const gtaoi_taps *t = taps && j < n_near ? near_taps + j : 0;
         M fade_a, fade_b;
         if (!taps) tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
-        fade_a = GTAOI_NAME(gtaoi_rise)(c, f, &s, 0, GTAOI_NAME(gtaoi_height)(c, 0, at, q, across, orthographic, taps), inv,
-                                        GV_ADD(base, tangent), &a, orthographic, bounded, ring);
-        fade_b = GTAOI_NAME(gtaoi_rise)(c, f, &s, 1, GTAOI_NAME(gtaoi_height)(c, 1, at, q, back, orthographic, taps), inv,
-                                        GV_SUB(base, tangent), &b, orthographic, bounded, ring);
+        rise = GTAOI_NAME(gtaoi_take)(c, p, 0, at, q, t, inv, base, tangent, across, &w, orthographic, taps);
+        fade_a = GTAOI_NAME(gtaoi_rise)(c, f, &s, 0, w, inv, rise, &a, orthographic, bounded, ring);
+        rise = GTAOI_NAME(gtaoi_take)(c, p, 1, at, q, t, inv, base, tangent, across, &w, orthographic, taps);
+        fade_b = GTAOI_NAME(gtaoi_rise)(c, f, &s, 1, w, inv, rise, &b, orthographic, bounded, ring);
         if (ring && GM_ANY(GM_OR(fade_a, fade_b))) {
             GTAOI_NAME(gtaoi_fade)(c, f, &s, 0, &a, fade_a);
             GTAOI_NAME(gtaoi_fade)(c, f, &s, 1, &b, fade_b);
@@ -1790,15 +1831,16 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const PIXEL *p, con
     }
     for (; j < rest; j++, q++) { /* one side has left the image */
         V inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
+        const gtaoi_taps *t = taps && j < n_near ? near_taps + j : 0;
         M fading;
         if (!taps) tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
         if (side) {
-            fading = GTAOI_NAME(gtaoi_rise)(c, f, &s, 1, GTAOI_NAME(gtaoi_height)(c, 1, at, q, back, orthographic, taps), inv,
-                                            GV_SUB(base, tangent), &a, orthographic, bounded, ring);
+            rise = GTAOI_NAME(gtaoi_take)(c, p, 1, at, q, t, inv, base, tangent, across, &w, orthographic, taps);
+            fading = GTAOI_NAME(gtaoi_rise)(c, f, &s, 1, w, inv, rise, &a, orthographic, bounded, ring);
             if (ring && GM_ANY(fading)) GTAOI_NAME(gtaoi_fade)(c, f, &s, 1, &a, fading);
         } else {
-            fading = GTAOI_NAME(gtaoi_rise)(c, f, &s, 0, GTAOI_NAME(gtaoi_height)(c, 0, at, q, across, orthographic, taps), inv,
-                                            GV_ADD(base, tangent), &a, orthographic, bounded, ring);
+            rise = GTAOI_NAME(gtaoi_take)(c, p, 0, at, q, t, inv, base, tangent, across, &w, orthographic, taps);
+            fading = GTAOI_NAME(gtaoi_rise)(c, f, &s, 0, w, inv, rise, &a, orthographic, bounded, ring);
             if (ring && GM_ANY(fading)) GTAOI_NAME(gtaoi_fade)(c, f, &s, 0, &a, fading);
         }
     }
@@ -1810,8 +1852,11 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const PIXEL *p, con
 GTAOI_FI void GTAOI_NAME(gtaoi_cosine)(const gtao_context *c, const FRAME *f, HORIZONS *s, int side, V kappa, V reach) {
     GTAOI_NO_CONTRACT
     const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
-    V rho = GV_ADD(GV_MUL(kappa, kappa), one), cosine = GV_DIV(kappa, GV_SQRT(rho)), weight = one, faded;
+    V rho, cosine, weight = one, faded;
     V start = side ? GV_SUB(zero, f->cos_tangent) : f->cos_tangent;
+    kappa = GV_MIN(GV_MAX(kappa, GV_SET(-GTAOI_KAPPA_LIMIT)), GV_SET(GTAOI_KAPPA_LIMIT));
+    rho = GV_ADD(GV_MUL(kappa, kappa), one);
+    cosine = GV_DIV(kappa, GV_SQRT(rho));
     if (c->bounded) {
         V reach2 = GV_MUL(reach, reach);
         M inside = GV_LE(rho, GV_MUL(reach2, GV_SET(c->inner2)));
@@ -1867,9 +1912,10 @@ GTAOI_FN void GTAOI_NAME(gtaoi_march_cosines)(const gtao_context *c, const PIXEL
 
 /* The variant of the search for this call, all its conditions constants in the loop. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
-                                       const float *at, const gtaoi_sample *q, int n0, int n1) {
+                                       const float *at, const gtaoi_sample *q, int n0, int n1,
+                                       const gtaoi_taps *near_taps, int n_near) {
     int ring = c->inv_falloff > 0.0f;
-#define GTAOI_MARCH(o, b, r, t) GTAOI_NAME(gtaoi_march)(c, p, f, s, at, q, n0, n1, o, b, r, t)
+#define GTAOI_MARCH(o, b, r, t) GTAOI_NAME(gtaoi_march)(c, p, f, s, at, q, n0, n1, near_taps, n_near, o, b, r, t)
     if (c->cosines) GTAOI_NAME(gtaoi_march_cosines)(c, p, f, s, at, q, n0, n1);
     else if (c->every_pixel) {
         if (!c->bounded) GTAOI_MARCH(c->orthographic, 0, 0, 1);
@@ -1888,18 +1934,21 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const PIXEL *p, co
 GTAOI_FI void GTAOI_NAME(gtaoi_search_list)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
                                             const float *at, int index, const gtaoi_sample *q, int begin, int n, int x,
                                             int y) {
+    const gtaoi_taps *near_taps = c->taps + index * GTAOI_NEAR;
     int n0 = n, n1 = n, x1 = x + (GTAOI_W - 1) * c->period;
     if (!gtaoi_interior(c, q + n - 1, x, x1, y))
         n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
-    if (c->d.border == GTAO_BORDER_OPEN || (n0 == n && n1 == n)) {
-        GTAOI_NAME(gtaoi_search)(c, p, f, s, at, q + begin, gtaoi_imax(n0 - begin, 0), gtaoi_imax(n1 - begin, 0));
+    /* What lies outside an open border may be left out, but for the thickness heuristic, where sky too lowers horizons. */
+    if ((c->d.border == GTAO_BORDER_OPEN && c->d.thin_blend == 0.0f) || (n0 == n && n1 == n)) {
+        GTAOI_NAME(gtaoi_search)(c, p, f, s, at, q + begin, gtaoi_imax(n0 - begin, 0), gtaoi_imax(n1 - begin, 0),
+                                 near_taps + begin, GTAOI_NEAR - begin);
     } else {
         gtaoi_sample moved[GTAOI_CHUNK];
         int m, second_along_x = c->slice[index].x_major == 0;
         for (; begin < n; begin += m) {
             m = gtaoi_imin(n - begin, GTAOI_CHUNK);
             gtaoi_remap(c, q + begin, m, x, y, second_along_x, moved);
-            GTAOI_NAME(gtaoi_search)(c, p, f, s, at, moved, m, m);
+            GTAOI_NAME(gtaoi_search)(c, p, f, s, at, moved, m, m, near_taps + begin, GTAOI_NEAR - begin);
         }
     }
 }
@@ -1976,9 +2025,17 @@ GTAOI_FI V GTAOI_NAME(gtaoi_fetch)(const gtao_context *c, V x, V y) {
     return GV_LOAD(out);
 }
 
+/* Rise above the tangent plane of the pixel (x, y), of height w, in its own direction. */
+GTAOI_FI V GTAOI_NAME(gtaoi_own_rise)(const PIXEL *p, V x, V y, V w) {
+    GTAOI_NO_CONTRACT
+    V qx = GV_SUB(x, p->x), qy = GV_SUB(y, p->y);
+    V rise = GV_SUB(GV_SUB(w, p->w0), GV_ADD(GV_MUL(p->gx, qx), GV_MUL(p->gy, qy)));
+    return GV_DIV(rise, GV_SQRT(GV_ADD(GV_MUL(qx, qx), GV_MUL(qy, qy))));
+}
+
 /* Search one slice of a group with a direction and an offset for each pixel. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
-                                             gtao_stats *stats) {
+                                             M active, gtao_stats *stats) {
     GTAOI_NO_CONTRACT
     const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
     V ax = GV_ABS(f->dx), ay = GV_ABS(f->dy), unit = GV_MAX(ax, ay), radius, steps;
@@ -1991,7 +2048,12 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const PIXEL 
     GV_STORE(level, p->offset);
     if (taps) {
         GV_STORE(position, steps);
-        for (n = 1, i = 0; i < GTAOI_W; i++) n = gtaoi_imax(n, (int)position[i]);
+        for (n = 1, i = 0; i < GTAOI_W; i++) {
+            n = gtaoi_imax(n, (int)position[i]);
+            if (GM_BITS(active) >> i & 1) stats->samples += (uint64_t)(2 * (int)position[i]);
+        }
+    } else {
+        stats->samples += (uint64_t)(2 * n * gtaoi_popcount(GM_BITS(active)));
     }
     for (j = 0; j < n; j++) {
         V qx, qy, inv, fraction = zero;
@@ -2013,21 +2075,25 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const PIXEL 
         }
         for (side = 0; side < 2; side++) {
             V x = side ? GV_SUB(p->x, qx) : GV_ADD(p->x, qx), y = side ? GV_SUB(p->y, qy) : GV_ADD(p->y, qy);
-            V w = GTAOI_NAME(gtaoi_fetch)(c, x, y), ux = GV_MUL(qx, inv), uy = GV_MUL(qy, inv), tangent, before[2];
+            V w = GTAOI_NAME(gtaoi_fetch)(c, x, y), ux = GV_MUL(qx, inv), uy = GV_MUL(qy, inv), tangent, rise, before[2];
+            V w_a = w, w_b = w, bx = x, by = y;
             if (taps) {
                 V step = side ? GV_SET(-1.0f) : one;
-                V bx = GV_SELECT(along_x, x, GV_ADD(x, step)), by = GV_SELECT(along_x, GV_ADD(y, step), y);
                 V across = GV_MUL(step, GV_SELECT(along_x, p->gy, p->gx));
-                w = GTAOI_NAME(gtaoi_between)(c, w, GTAOI_NAME(gtaoi_fetch)(c, bx, by), fraction, across, c->orthographic);
+                bx = GV_SELECT(along_x, x, GV_ADD(x, step)), by = GV_SELECT(along_x, GV_ADD(y, step), y);
+                w_b = GTAOI_NAME(gtaoi_fetch)(c, bx, by);
+                w = GTAOI_NAME(gtaoi_between)(c, w_a, w_b, fraction, across, c->orthographic);
                 ux = f->dx, uy = f->dy;
             }
             if (side) ux = GV_SUB(zero, ux), uy = GV_SUB(zero, uy);
             tangent = GV_ADD(GV_MUL(p->gx, ux), GV_MUL(p->gy, uy));
+            rise = GV_SUB(GV_MUL(w, inv), GV_ADD(GV_MUL(p->w0, inv), tangent));
+            if (taps && j < GTAOI_NEAR) rise = GV_MIN(rise, GV_MAX(GTAOI_NAME(gtaoi_own_rise)(p, x, y, w_a), GTAOI_NAME(gtaoi_own_rise)(p, bx, by, w_b)));
             before[0] = s->rise[side], before[1] = s->cosine[side];
             if (c->cosines) GTAOI_NAME(gtaoi_visit_cosine)(c, p, f, s, side, w, inv, ux, uy);
             else {
                 SAMPLE sample;
-                M fading = GTAOI_NAME(gtaoi_rise)(c, f, s, side, w, inv, GV_ADD(GV_MUL(p->w0, inv), tangent), &sample,
+                M fading = GTAOI_NAME(gtaoi_rise)(c, f, s, side, w, inv, rise, &sample,
                                                   c->orthographic, c->bounded, 1);
                 if (c->bounded && GM_ANY(fading)) GTAOI_NAME(gtaoi_fade)(c, f, s, side, &sample, fading);
             }
@@ -2037,7 +2103,6 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const PIXEL 
             }
         }
     }
-    stats->samples += (uint64_t)(2 * n * GTAOI_W);
 }
 
 /* ---- integrate ---------------------------------------------------------------------------------------------------- */
@@ -2235,13 +2300,13 @@ GTAOI_FI void GTAOI_NAME(gtaoi_load_normals)(const gtao_context *c, PIXEL *p, V 
 }
 
 /* n.v, with normals that face away tilted until they just face the eye; the tangent plane's gradient. */
-GTAOI_FI void GTAOI_NAME(gtaoi_face)(const gtao_context *c, PIXEL *p) {
+GTAOI_FI void GTAOI_NAME(gtaoi_face)(const gtao_context *c, PIXEL *p, M active) {
     GTAOI_NO_CONTRACT
     const V zero = GV_SET(0.0f), least = GV_SET(GTAOI_FACING_MIN);
     V nr = GV_ADD(GV_ADD(GV_MUL(p->nx, p->rx), GV_MUL(p->ny, p->ry)), p->nz), scale;
     M away;
     p->nv = GV_SUB(zero, GV_MUL(nr, p->inv_len));
-    away = GV_LT(p->nv, least);
+    away = GM_AND(active, GV_LT(p->nv, least));
     if (GM_ANY(away)) {
         V lift = GV_MUL(GV_SUB(least, p->nv), p->inv_len);
         V nx = GV_SUB(p->nx, GV_MUL(lift, p->rx)), ny = GV_SUB(p->ny, GV_MUL(lift, p->ry)), nz = GV_SUB(p->nz, lift);
@@ -2283,7 +2348,8 @@ GTAOI_FI M GTAOI_NAME(gtaoi_setup)(const gtao_context *c, PIXEL *p, const float 
     } else {
         V rr;
         p->rx = GV_MUL(GV_SUB(GV_ADD(p->x, GV_SET(0.5f)), GV_SET(c->cx)), GV_SET(c->bx1));
-        p->ry = GV_SET(((float)y + 0.5f - c->cy) * c->by1);
+        p->rx = GV_MAX(GV_MIN(p->rx, GV_SET(GTAOI_RAY_LIMIT)), GV_SET(-GTAOI_RAY_LIMIT));
+        p->ry = GV_SET(gtaoi_clamp(((float)y + 0.5f - c->cy) * c->by1, -GTAOI_RAY_LIMIT, GTAOI_RAY_LIMIT));
         rr = GV_ADD(GV_ADD(GV_MUL(p->rx, p->rx), GV_MUL(p->ry, p->ry)), one);
         p->len = GV_SQRT(rr), p->inv_len = GV_DIV(one, p->len);
         p->w0 = GV_SELECT(solid, p->w0, one);
@@ -2327,7 +2393,7 @@ GTAOI_FI M GTAOI_NAME(gtaoi_setup)(const gtao_context *c, PIXEL *p, const float 
     }
     if (GM_ANY(active)) {
         V extent = GV_MIN(GV_MAX(p->extent, GV_SET(c->extent_min)), GV_SET(c->extent_max));
-        GTAOI_NAME(gtaoi_face)(c, p);
+        GTAOI_NAME(gtaoi_face)(c, p, active);
         p->key = GV_CLASS(extent);
         p->direction = p->offset = zero;
         if (c->per_pixel_noise) {
@@ -2473,7 +2539,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                     if (GM_ANY(active[g])) GTAOI_NAME(gtaoi_slice)(c, &pixel[g], c->slice + first + g * stride, k, &frame[g], &found[g]);
                 for (g = 0; g < groups; g++)
                     if (GM_ANY(active[g])) {
-                        if (c->per_pixel_noise) GTAOI_NAME(gtaoi_search_noise)(c, &pixel[g], &frame[g], &found[g], stats);
+                        if (c->per_pixel_noise) GTAOI_NAME(gtaoi_search_noise)(c, &pixel[g], &frame[g], &found[g], active[g], stats);
                         else
                             GTAOI_NAME(gtaoi_search_table)(c, &pixel[g], &frame[g], &found[g], at[g], first + g * stride,
                                                            active[g], x0 + g * step, y, stats);
