@@ -9,6 +9,7 @@
  *   refit       the same form by least squares over these scenes, with a + b + c = 1 so that open stays open
  *   balanced    the refit with every bin of visibility weighing the same in place of every pixel
  *   series      V / (1 - albedo (1 - V)): every bounce sees the visibility of the first
+ *   series k    V / (1 - k albedo (1 - V)), k by least squares
  * Writes build/bench/multibounce.csv: mean and spread of the truth for each scene, albedo and bin. */
 #include <stdint.h>
 #include <stdio.h>
@@ -19,7 +20,7 @@
 #include "dataset.h"
 #include "trace.h"
 
-enum { BINS = 64, BOUNCES = 24, ALBEDOS = 9, MOST_SCENES = 16, MODELS = 4 };
+enum { BINS = 64, BOUNCES = 24, ALBEDOS = 9, MOST_SCENES = 16, MODELS = 5 };
 
 typedef struct bin {
     double count, sum[ALBEDOS], sum2[ALBEDOS];
@@ -75,6 +76,10 @@ static cubic solve(const normal_equations *e) {
     return q;
 }
 
+static double series_at(double k, double v, double rho) {
+    return v / (1 - k * rho * (1 - v));
+}
+
 static double albedo_of(int k) {
     return 0.1 * (k + 1);
 }
@@ -84,6 +89,31 @@ static double light(const float *escaped, double rho) {
     for (int k = 0; k <= BOUNCES; ++k, power *= rho)
         sum += (double)escaped[k] * power;
     return sum;
+}
+
+/* Golden section over k, on the bins, every scene with the same weight. */
+static double fit_series(bin (*bins)[BINS], int scenes) {
+    double lo = 0.5, hi = 1.1;
+    for (int step = 0; step < 40; ++step) {
+        double k[2] = {hi - 0.618034 * (hi - lo), lo + 0.618034 * (hi - lo)}, error[2] = {0, 0};
+        for (int i = 0; i < scenes; ++i) {
+            double count = 0;
+            for (int b = 0; b < BINS; ++b)
+                count += bins[i][b].count;
+            for (int b = 0; b < BINS; ++b)
+                for (int a = 0; a < ALBEDOS && bins[i][b].count > 0; ++a)
+                    for (int e = 0; e < 2; ++e) {
+                        double miss =
+                            series_at(k[e], (b + 0.5) / BINS, albedo_of(a)) - bins[i][b].sum[a] / bins[i][b].count;
+                        error[e] += miss * miss * bins[i][b].count / count;
+                    }
+        }
+        if (error[0] < error[1])
+            hi = k[1];
+        else
+            lo = k[0];
+    }
+    return 0.5 * (lo + hi);
 }
 
 typedef struct render {
@@ -180,16 +210,18 @@ int main(int argc, char **argv) {
                 accumulate(&by_bin, v, albedo_of(a), mean, 1);
             }
     cubic fits[3] = {published, solve(&by_pixel), solve(&by_bin)};
-    static const char *const names[MODELS] = {"published", "refit", "balanced", "series"};
+    static const char *const names[MODELS] = {"published", "refit", "balanced", "series", "series k"};
+    double k_fit = fit_series(bins, scenes);
     for (int k = 0; k < 3; ++k)
         printf("%-10s a = %+.4f rho %+.4f   b = %+.4f rho %+.4f   c = %+.4f rho %+.4f\n", names[k], fits[k].a1,
                fits[k].a0, fits[k].b1, fits[k].b0, fits[k].c1, fits[k].c0);
+    printf("%-10s k = %.4f\n", names[4], k_fit);
 
     /* by scene (all albedos), then by albedo (all scenes) */
     double by_albedo[ALBEDOS][MODELS + 3];
     memset(by_albedo, 0, sizeof by_albedo);
-    printf("\n%-10s %9s %9s %9s %9s %9s %9s %9s\n", "rmse", names[0], names[1], names[2], names[3], "V alone", "spread",
-           "mean V");
+    printf("\n%-10s %9s %9s %9s %9s %9s %9s %9s %9s\n", "rmse", names[0], names[1], names[2], names[3], names[4],
+           "V alone", "spread", "mean V");
     for (int i = 0; i < scenes; ++i) {
         const dataset *d = &data[i];
         double total[MODELS + 3], count = 0, mean_v = 0;
@@ -205,7 +237,9 @@ int main(int argc, char **argv) {
                 const float *e = escaped[i] + k * (BOUNCES + 1);
                 double v = (double)e[0], l = light(e, rho);
                 for (int m = 0; m < MODELS + 1; ++m) {
-                    double f = m < 3 ? cubic_at(&fits[m], v, rho) : m == 3 ? v / (1 - rho * (1 - v)) : v;
+                    double f = m < 3        ? cubic_at(&fits[m], v, rho)
+                               : m < MODELS ? series_at(m == 3 ? 1 : k_fit, v, rho)
+                                            : v;
                     sum[m] += (f - l) * (f - l) / count;
                     if (m == 0)
                         sum[MODELS + 2] += (f - l) / count;
@@ -226,8 +260,8 @@ int main(int argc, char **argv) {
             printf(" %9.4f", sqrt(fmax(0, total[m])));
         printf(" %9.4f\n", mean_v);
     }
-    printf("\n%-10s %9s %9s %9s %9s %9s %9s %9s\n", "albedo", names[0], names[1], names[2], names[3], "V alone",
-           "spread", "mean pub.");
+    printf("\n%-10s %9s %9s %9s %9s %9s %9s %9s %9s\n", "albedo", names[0], names[1], names[2], names[3], names[4],
+           "V alone", "spread", "mean pub.");
     for (int a = 0; a < ALBEDOS; ++a) {
         printf("%-10.1f", albedo_of(a));
         for (int m = 0; m < MODELS + 2; ++m)

@@ -1,10 +1,10 @@
 /* bench_rivals - runs every rival on every scene and prints time and error, to see that each does what its source says.
  *
- *     build/bench_rivals [--size WIDTHxHEIGHT] [--rays N] [--threads N] [--repeat N] [SCENE...]
+ *     build/bench_rivals [--size WIDTHxHEIGHT] [--rays N] [--threads N] [--repeat N] [--only TEXT] [SCENE...]
  *
  * Times are of one thread, medians over --repeat (3), method and denoiser together. For each method and preset the
  * output function (b (AO + a))^c is fitted over the pixels of all scenes, once to each truth; the first two columns of
- * errors are without that, as published. Writes
+ * errors are without that, as published. --only: methods with this in their name. Writes
  * build/bench/rivals.csv and a sheet of pictures per scene, build/bench/rivals/NAME.png. */
 #include <stdio.h>
 #include <stdlib.h>
@@ -39,7 +39,7 @@ static double seconds(void) {
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static int list_methods(method *m) {
+static int list_methods(method *m, const char *only) {
     static const int rays[] = {1, 4, 16, 64, 256};
     int n = 0;
     memset(m, 0, MOST_METHODS * sizeof *m);
@@ -57,7 +57,11 @@ static int list_methods(method *m) {
             m[n].rays = rays[k], m[n].denoised = denoised;
             snprintf(m[n].name, sizeof m[n].name, "rays %d%s", rays[k], denoised ? " denoised" : "");
         }
-    return n;
+    int kept = 0;
+    for (int k = 0; k < n; ++k)
+        if (strstr(m[k].name, only))
+            m[kept++] = m[k];
+    return kept;
 }
 
 static int compare_doubles(const void *a, const void *b) {
@@ -149,18 +153,22 @@ static bool write_sheet(const dataset *d, const method *methods, int count, cons
 }
 
 static int usage(void) {
-    fprintf(stderr, "usage: bench_rivals [--size WIDTHxHEIGHT] [--rays N] [--threads N] [--repeat N] [SCENE...]\n");
+    fprintf(
+        stderr,
+        "usage: bench_rivals [--size WIDTHxHEIGHT] [--rays N] [--threads N] [--repeat N] [--only TEXT] [SCENE...]\n");
     return 2;
 }
 
 int main(int argc, char **argv) {
     dataset_options o = {480, 270, 16, 0, 1};
     int rays = 256, threads = (int)sysconf(_SC_NPROCESSORS_ONLN), repeat = 3, first = 1, status = 1;
+    const char *only = "";
     for (; first + 1 < argc && strncmp(argv[first], "--", 2) == 0; first += 2) {
         const char *name = argv[first], *value = argv[first + 1];
         bool ok = strcmp(name, "--size") == 0      ? sscanf(value, "%dx%d", &o.width, &o.height) == 2
                   : strcmp(name, "--rays") == 0    ? sscanf(value, "%d", &rays) == 1
                   : strcmp(name, "--threads") == 0 ? sscanf(value, "%d", &threads) == 1
+                  : strcmp(name, "--only") == 0    ? (only = value, true)
                   : strcmp(name, "--repeat") == 0  ? sscanf(value, "%d", &repeat) == 1
                                                    : false;
         if (!ok)
@@ -173,7 +181,7 @@ int main(int argc, char **argv) {
     static method methods[MOST_METHODS];
     static result results[MOST_SCENES][MOST_METHODS];
     static dataset data[MOST_SCENES];
-    int count = list_methods(methods), scenes = 0;
+    int count = list_methods(methods, only), scenes = 0;
     rival_fit *fit = malloc(sizeof *fit);
     float *scratch = NULL, *work = NULL;
     FILE *csv = NULL;

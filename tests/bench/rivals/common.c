@@ -40,40 +40,76 @@ void rival_fit_add(rival_fit *fit, const view *v, const float *raw, const float 
         }
 }
 
+static double bin_value(int k) {
+    return (k + 0.5) * 2 / RIVAL_BINS - 0.5;
+}
+
+static double output_at(const double p[3], double raw) {
+    return fmin(1, pow(fmax(0, p[1] * (raw + p[0])), p[2]));
+}
+
 static double fit_error(const rival_fit *fit, const double p[3]) {
     double sum = 0;
     for (int k = 0; k < RIVAL_BINS; ++k)
         if (fit->count[k] > 0) {
-            double raw = (k + 0.5) * 2 / RIVAL_BINS - 0.5, f = fmin(1, pow(fmax(0, p[1] * (raw + p[0])), p[2]));
+            double f = output_at(p, bin_value(k));
             sum += fit->count[k] * f * f - 2 * f * fit->truth[k] + fit->truth2[k];
         }
     return sum;
 }
 
-/* Pattern search from several starts: three parameters, a kinked but cheap objective. */
+/* One damped Gauss-Newton step from p with numeric derivatives; false if the system is singular. */
+static bool fit_step(const rival_fit *fit, const double p[3], double damping, double q[3]) {
+    double m[3][4];
+    memset(m, 0, sizeof m);
+    for (int k = 0; k < RIVAL_BINS; ++k)
+        if (fit->count[k] > 0) {
+            double raw = bin_value(k), f = output_at(p, raw), row[4];
+            for (int j = 0; j < 3; ++j) {
+                double r[3];
+                memcpy(r, p, sizeof r);
+                r[j] += 1e-5;
+                row[j] = (output_at(r, raw) - f) * 1e5;
+            }
+            row[3] = fit->truth[k] / fit->count[k] - f;
+            for (int i = 0; i < 3; ++i)
+                for (int j = 0; j < 4; ++j)
+                    m[i][j] += fit->count[k] * row[i] * row[j];
+        }
+    for (int i = 0; i < 3; ++i)
+        m[i][i] = m[i][i] * (1 + damping) + 1e-9;
+    for (int i = 0; i < 3; ++i) {
+        if (!(m[i][i] > 0))
+            return false;
+        for (int k = 0; k < 3; ++k)
+            for (int j = 3; k != i && j >= i; --j)
+                m[k][j] -= m[k][i] / m[i][i] * m[i][j];
+    }
+    for (int i = 0; i < 3; ++i)
+        q[i] = p[i] + m[i][3] / m[i][i];
+    return q[1] > 1e-3 && q[2] > 1e-2 && q[2] < 50;
+}
+
+/* Levenberg-Marquardt from several starts: the clamps make local minima. */
 rival_output rival_fit_solve(const rival_fit *fit, double *rmse) {
-    static const double starts[][3] = {{0, 1, 1},   {0, 1, 3},        {0.5, 1, 1},
-                                       {0.5, 1, 4}, {-0.3, 1.4, 0.7}, {0.2, 0.8, 0.5}};
+    static const double starts[][3] = {{0, 1, 1},   {0, 1, 3},    {0, 1.1, 0.5}, {0.5, 1, 1},
+                                       {0.5, 1, 4}, {0.5, 1, 10}, {-0.3, 1.4, 1}};
     double best[3] = {0, 1, 1}, best_error = DBL_MAX, count = 0;
     for (size_t s = 0; s < sizeof starts / sizeof *starts; ++s) {
-        double p[3], step = 0.25, error;
+        double p[3], q[3], damping = 1e-2, error;
         memcpy(p, starts[s], sizeof p);
         error = fit_error(fit, p);
-        for (int sweep = 0; sweep < 200 && step > 1e-4; ++sweep) {
-            bool improved = false;
-            for (int k = 0; k < 6; ++k) {
-                double q[3];
-                memcpy(q, p, sizeof q);
-                q[k >> 1] += (k & 1 ? -step : step) * (k >> 1 == 2 ? q[2] : 1);
-                double e = q[2] > 0.01 && q[1] > 0 ? fit_error(fit, q) : DBL_MAX;
-                if (e < error * (1 - 1e-7)) {
-                    error = e;
-                    memcpy(p, q, sizeof p);
-                    improved = true;
-                }
+        for (int step = 0; step < 200 && damping < 1e8; ++step) {
+            double e = fit_step(fit, p, damping, q) ? fit_error(fit, q) : DBL_MAX;
+            if (e < error) {
+                memcpy(p, q, sizeof p);
+                damping *= 0.3;
+                if (error - e < 1e-9 * error)
+                    break;
+                error = e;
+            } else {
+                damping *= 4;
             }
-            if (!improved)
-                step *= 0.5;
         }
         if (error < best_error) {
             best_error = error;

@@ -59,10 +59,10 @@ static void run(const view *v, const rival_preset *p, float *scratch, float *raw
         }
 }
 
-/* Gaussian in the image (sigma 4 pixels) times Gaussian in depth (sigma an eighth of the radius). */
+/* Gaussian in the image (sigma 4 pixels) times Gaussian in depth (sigma a sixteenth of the radius). */
 static void bilateral_pass(const view *v, int half_width, bool vertical, const float *in, float *out) {
     float kernel[33];
-    const float sharpness = 8 / v->radius * 0.84932180f; /* exp2(-(s dz)^2) = exp(-dz^2 / (2 sigma^2)) */
+    const float sharpness = 16 / v->radius * 0.84932180f; /* exp2(-(s dz)^2) = exp(-dz^2 / (2 sigma^2)) */
     int extent = vertical ? v->height : v->width;
     ptrdiff_t stride = vertical ? v->width : 1;
     for (int k = 0; k <= half_width; ++k)
