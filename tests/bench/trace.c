@@ -94,7 +94,7 @@ void trace_primary_rows(const trace *t, const bench_scene_camera *camera, float 
         for (int x = 0; x < camera->width; ++x) {
             size_t i = (size_t)y * (size_t)camera->width + (size_t)x;
             vec3 d = v3((x + 0.5 - camera->cx) / camera->focal_px, (y + 0.5 - camera->cy) / camera->focal_px, 1);
-            struct RTCRayHit r = ray_hit(v3(0, 0, 0), d, INFINITY);
+            struct RTCRayHit r = ray_hit(v3(0, 0, 0), d, (double)INFINITY);
             rtcIntersect1(t->scene, &context, &r);
             bool hit = r.hit.geomID != RTC_INVALID_GEOMETRY_ID && r.ray.tfar < VIEW_SKY;
             vec3 n = hit ? facing_normal(&r, d) : v3_scale(v3_normalize(d), -1);
