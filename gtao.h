@@ -351,6 +351,9 @@ GTAO_API void gtao_arc_bent(float h0_rad, float h1_rad, float n_rad, float t[2])
 /* [J16] multiple bounces: visibility and albedo in [0, 1] to the visibility that includes interreflection. */
 GTAO_API float gtao_multi_bounce(float visibility, float albedo);
 GTAO_API void gtao_multi_bounce_rgb(float visibility, const float albedo[3], float rgb[3]);
+/* The same by the geometric series V / (1 - albedo (1 - V)): light that does not escape is reflected and sees the same
+ * visibility again. No fit, and nearer to path-traced truth than the cubic (docs/accuracy.md). */
+GTAO_API float gtao_multi_bounce_series(float visibility, float albedo);
 
 /* Noise of a pixel: *direction and *offset in [0, 1). The slice angle is pi (k + direction) / slices, the sample
  * position as at gtao_desc.step_power. */
@@ -684,6 +687,12 @@ GTAO_API float gtao_multi_bounce(float visibility, float albedo) {
     albedo = gtaoi_clamp(albedo, 0.0f, 1.0f);
     a = 2.0404f * albedo - 0.3324f, b = -4.7951f * albedo + 0.6417f, c = 2.7552f * albedo + 0.6903f;
     return gtaoi_min(gtaoi_max(x, ((x * a + b) * x + c) * x), 1.0f); /* 1.0001 at visibility and albedo 1 */
+}
+
+GTAO_API float gtao_multi_bounce_series(float visibility, float albedo) {
+    GTAOI_NO_CONTRACT
+    float v = gtaoi_clamp(visibility, 0.0f, 1.0f), lost = gtaoi_clamp(albedo, 0.0f, 1.0f) * (1.0f - v);
+    return lost < 1.0f ? v / (1.0f - lost) : 0.0f;
 }
 
 GTAO_API void gtao_multi_bounce_rgb(float visibility, const float albedo[3], float rgb[3]) {

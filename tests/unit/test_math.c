@@ -170,6 +170,21 @@ static void arc_bent_error(void **state) {
     CHECK(error < 1e-6, "error %g", error);
 }
 
+/* V (1 + q + q^2 + ...), q = albedo (1 - V): summed bounce by bounce. */
+static void multi_bounce_series_is_the_sum_of_bounces(void **state) {
+    (void)state;
+    for (int i = 0; i <= 20; i++)
+        for (int j = 0; j <= 19; j++) {
+            const double v = i / 20.0, albedo = j / 20.0;
+            double sum = 0.0, bounce = v;
+            for (int k = 0; k < 2000; k++, bounce *= albedo * (1.0 - v))
+                sum += bounce;
+            CHECK(fabs((double)gtao_multi_bounce_series((float)v, (float)albedo) - sum) < 1e-6,
+                  "visibility %g albedo %g", v, albedo);
+        }
+    CHECK(gtao_multi_bounce_series(0.0f, 1.0f) == 0.0f && gtao_multi_bounce_series(1.0f, 1.0f) == 1.0f, "limits");
+}
+
 static void multi_bounce_is_the_printed_cubic(void **state) {
     (void)state;
     double error = 0.0;
@@ -528,6 +543,7 @@ int main(void) {
         cmocka_unit_test(arc_uniform_error),
         cmocka_unit_test(arc_bent_error),
         cmocka_unit_test(multi_bounce_is_the_printed_cubic),
+        cmocka_unit_test(multi_bounce_series_is_the_sum_of_bounces),
         cmocka_unit_test(pack_round_trip),
         cmocka_unit_test(pack_layout),
         cmocka_unit_test(memo_noise_directions),
