@@ -148,7 +148,7 @@ figures: | build/setup/figures
 
 sources := $(wildcard *.h examples/*.[ch] examples/common/*.[ch] tests/*/*.[ch])
 format: | build/setup/format
-	clang-format -i $(sources)
+	clang-format -i $(sources) && clang-format -i $(sources) # once is not always enough
 
 check-format: | build/setup/format
 	@clang-format --dry-run -Werror $(sources) && echo '1 passed, 0 failed'
