@@ -49,7 +49,7 @@ int main(void) {
     ok &= gtao_atan2(s, c) > 0.999f && gtao_acos(c) > 0.999f;
     gtao_arc_bent(-1.0f, 1.0f, 0.0f, t);
     ok &= gtao_arc(1.0f, 0.0f) > 0.0f && gtao_arc_uniform(1.0f) > 0.0f && t[1] > 0.0f;
-    gtao_multi_bounce_rgb(gtao_multi_bounce(0.5f, 0.5f), albedo, rgb);
+    gtao_multi_bounce_rgb(gtao_multi_bounce(0.5f, gtao_multi_bounce_series(0.5f, 0.5f)), albedo, rgb);
     gtao_noise_at(GTAO_NOISE_MEMO, 1, 2, 3, &s, &c);
     bent[0] = bent[1] = 0.0f;
     bent[2] = -1.0f;

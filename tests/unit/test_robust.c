@@ -363,6 +363,8 @@ static void formulas_are_finite(void **state) {
                 fail_msg("gtao_arc_bent(%g, %g)", (double)a, (double)b);
             if (!(gtao_multi_bounce(a, b) >= 0.0f && gtao_multi_bounce(a, b) <= 1.0f))
                 fail_msg("gtao_multi_bounce(%g, %g)", (double)a, (double)b);
+            if (!(gtao_multi_bounce_series(a, b) >= 0.0f && gtao_multi_bounce_series(a, b) <= 1.0f))
+                fail_msg("gtao_multi_bounce_series(%g, %g)", (double)a, (double)b);
             if (!(rgb[0] >= 0.0f && rgb[2] <= 1.0f))
                 fail_msg("gtao_multi_bounce_rgb(%g, %g)", (double)a, (double)b);
         }
