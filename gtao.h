@@ -110,7 +110,11 @@
 
 #ifndef GTAO_API
 #ifdef GTAO_STATIC
+#if defined(__GNUC__)
+#define GTAO_API static __attribute__((unused))
+#else
 #define GTAO_API static
+#endif
 #else
 #define GTAO_API extern
 #endif
@@ -407,7 +411,9 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 /* ---- platform --------------------------------------------------------------------------------------------------- */
 
 #if !defined(GTAO_NO_SIMD)
-#if defined(__x86_64__) || (defined(_M_X64) && !defined(_M_ARM64EC)) || defined(__i386__) || defined(_M_IX86)
+#if defined(__i386__) && defined(__GNUC__) && !defined(__SSE2_MATH__)
+/* Built for the x87: its intrinsics cannot be inlined where SSE does the arithmetic, so only the scalar kernel. */
+#elif defined(__x86_64__) || (defined(_M_X64) && !defined(_M_ARM64EC)) || defined(__i386__) || defined(_M_IX86)
 #define GTAOI_X86 1
 #elif defined(__aarch64__) || defined(_M_ARM64)
 #define GTAOI_NEON 1 /* 32-bit NEON flushes denormals and has no divide: it takes the scalar kernel */
@@ -434,9 +440,16 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 /* One answer everywhere: no contraction of a * b + c, no 80-bit intermediates. */
 #if defined(__clang__)
 #define GTAOI_NO_CONTRACT _Pragma("STDC FP_CONTRACT OFF")
+#if defined(__i386__) && !defined(__SSE2_MATH__)
+#pragma clang attribute push(__attribute__((target("sse2"))), apply_to = function)
+#endif
 #else
 #define GTAOI_NO_CONTRACT
 #if defined(__GNUC__)
+/* False alarms from within g++'s own AVX-512 header. */
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #pragma GCC push_options
 #pragma GCC optimize("fp-contract=off")
 #if defined(__i386__)
@@ -708,9 +721,9 @@ static void gtaoi_noise_memo(int x, int y, uint32_t frame, double *direction, do
     GTAOI_NO_CONTRACT
     static const int rotations[6] = {60, 300, 180, 240, 120, 0};
     static const int offsets[4] = {0, 2, 1, 3};
-    int spatial = (((x + y) & 3) << 2) + (x & 3), turn = (int)(frame % 6);
+    int spatial = ((((x & 3) + (y & 3)) & 3) << 2) + (x & 3), turn = (int)(frame % 6);
     int d96 = 6 * spatial + rotations[turn] * 96 / 360 + (turn >= 3);
-    int o16 = 4 * ((y - x) & 3) + offsets[frame / 6 % 4];
+    int o16 = 4 * (((y & 3) - (x & 3)) & 3) + offsets[frame / 6 % 4];
     *direction = (double)(d96 % 96) / 96.0;
     *offset = (double)o16 / 16.0;
 }
@@ -1191,7 +1204,7 @@ static void gtaoi_fill_tables(gtao_context *c, const gtaoi_layout *l) {
                 for (r = 0; r < c->classes; r++) {
                     size_t at = (size_t)index * (size_t)c->classes + (size_t)r;
                     double radius = gtaoi_class_radius(c, r, 1.0 / b, l->max_radius);
-                    double unit = gtaoi_max((float)(dx < 0.0 ? -dx : dx), (float)(dy < 0.0 ? -dy : dy));
+                    double unit = (double)gtaoi_max((float)(dx < 0.0 ? -dx : dx), (float)(dy < 0.0 ? -dy : dy));
                     if (c->every_pixel)
                         c->count[at] = gtaoi_imax(1, gtaoi_imin((int)(radius * unit + 1e-6), c->max_steps));
                     else
@@ -1644,9 +1657,14 @@ GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *outp
     return GTAO_OK;
 }
 
-#if !defined(__clang__)
+#if defined(__clang__)
+#if defined(__i386__) && !defined(__SSE2_MATH__)
+#pragma clang attribute pop
+#endif
+#else
 #if defined(__GNUC__)
 #pragma GCC pop_options
+#pragma GCC diagnostic pop
 #elif defined(_MSC_VER)
 #pragma float_control(pop)
 #endif
@@ -2228,7 +2246,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const PIXEL *p, co
 }
 
 /* One list of samples: the part of it, from `begin`, that is over the image. */
-GTAOI_FI void GTAOI_NAME(gtaoi_search_list)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
+GTAOI_FN void GTAOI_NAME(gtaoi_search_list)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
                                             const float *at, int index, const gtaoi_sample *q, int begin, int n, int x,
                                             int y) {
     const gtaoi_taps *near_taps = c->taps + index * GTAOI_NEAR;
