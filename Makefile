@@ -2,7 +2,7 @@
 # make demo       pictures of a real scene in build/demo/
 # make test       every test; make suites: only the cmocka suites, make determinism: only the golden hashes
 # make strict     every language standard, compiler, target and optimisation level, warnings as errors
-# make bench      timings
+# make bench      error against run time, beside other methods, into build/bench/ and docs/; QUICK=1: a look in 2 minutes
 # make fuzz       libFuzzer for FUZZ_SECONDS (60); make msan: golden hashes and the corpus under MemorySanitizer
 # make golden     rewrite tests/data/golden.txt (after a deliberate change of the results)
 # make figures    docs/figures/*.gp to svg
@@ -119,8 +119,10 @@ $(foreach f,$(benches),\
 demo: build/demo-sheet
 	build/demo-sheet
 
-bench: $(bench_programs)
-	build/bench-run
+# QUICK=1: small images and few settings into build/bench/; otherwise also the figures and tables that docs/ shows.
+bench: $(bench_programs) | build/setup/figures
+	build/bench-run $(if $(QUICK),--quick)
+	tests/bench/publish.sh $(if $(QUICK),,docs)
 
 test: $(suite_programs) $(programs) | build/setup/test
 	@tests/run.sh $(suite_programs) tests/determinism.sh

@@ -1,0 +1,491 @@
+#include "speed.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "dataset.h"
+#include "examples/common/cli.h"
+#include "loadmax.h"
+#include "measure.h"
+#include "tests/reference/reference.h"
+#include "trace.h"
+
+/* The memo's production setting [J19]: one slice of 8 samples a side, attenuation over the last quarter of the radius,
+ * the radius at most 100 pixels. */
+enum { SLICES = 1, STEPS = 8, CAP_PX = 100, WIDTH = 960, HEIGHT = 540 };
+static const float falloff = 0.25f;
+static const char *const setting = "1 slice x 8 steps";
+
+typedef struct picture {
+    const char *name;
+    view view;
+    float *z, *normals, *visibility, *bent;
+    uint32_t *packed;
+    void *scratch;
+    size_t scratch_size;
+} picture;
+
+typedef struct job {
+    gtao_desc desc;
+    gtao_output output;
+    const picture *picture;
+    const gtao_context *context; /* rows on a pool */
+    pool *threads;
+    loadmax *floor;
+} job;
+
+static FILE *csv;
+
+static void row(const char *group, const char *scene, const char *what, double x, double value, const char *unit,
+                double ratio, const char *baseline) {
+    fprintf(csv, "%s,%s,%s,%.6g,%.6g,%s,%.4g,%s\n", group, scene, what, x, value, unit, ratio, baseline);
+    fflush(csv);
+}
+
+static void picture_close(picture *p) {
+    free(p->z);
+    free(p->normals);
+    free(p->visibility);
+    free(p->bent);
+    free(p->packed);
+    free(p->scratch);
+    memset(p, 0, sizeof *p);
+}
+
+typedef struct primary {
+    const trace *rays;
+    const bench_scene_camera *camera;
+    picture *out;
+} primary;
+
+static void primary_rows(void *user, int thread, int row_begin, int row_end) {
+    const primary *p = user;
+    (void)thread;
+    trace_primary_rows(p->rays, p->camera, p->out->z, p->out->normals, row_begin, row_end);
+}
+
+/* Depth and normals only. */
+static bool picture_open(picture *p, const char *name, int width, int height, pool *threads) {
+    bench_scene s;
+    int index = 0;
+    memset(p, 0, sizeof *p);
+    while (index < bench_scene_count() && strcmp(bench_scene_name(index), name) != 0)
+        ++index;
+    if (index == bench_scene_count() || !bench_scene_build(&s, index, width, height))
+        return false;
+    size_t n = (size_t)width * (size_t)height;
+    p->name = bench_scene_name(index);
+    p->scratch_size = 160 * n + (1u << 22);
+    p->z = malloc(n * sizeof(float));
+    p->normals = malloc(3 * n * sizeof(float));
+    p->visibility = malloc(n * sizeof(float));
+    p->bent = malloc(4 * n * sizeof(float));
+    p->packed = malloc(n * sizeof(uint32_t));
+    p->scratch = malloc(p->scratch_size);
+    trace *t = trace_open(&s);
+    bool ok = p->z && p->normals && p->visibility && p->bent && p->packed && p->scratch && t;
+    if (ok) {
+        primary work = {t, &s.camera, p};
+        pool_run(threads, height, 0, primary_rows, NULL, &work);
+        /* The transcription knows sky by infinity. */
+        for (size_t i = 0; i < n; ++i)
+            if (!(p->z[i] < VIEW_SKY))
+                p->z[i] = HUGE_VALF;
+        p->view = (view){width,
+                         height,
+                         (float)s.camera.focal_px,
+                         (float)s.camera.cx,
+                         (float)s.camera.cy,
+                         (float)s.radius,
+                         falloff,
+                         p->z,
+                         p->normals};
+        memset(p->scratch, 0, p->scratch_size);
+        memset(p->visibility, 0, n * sizeof(float));
+        memset(p->bent, 0, 4 * n * sizeof(float));
+        memset(p->packed, 0, n * sizeof(uint32_t));
+    }
+    trace_close(t);
+    bench_scene_free(&s);
+    if (!ok)
+        picture_close(p);
+    return ok;
+}
+
+/* Mean over the surface of the radius in pixels, capped. */
+static double radius_px(const picture *p, double cap) {
+    double sum = 0, count = 0;
+    for (size_t i = 0; i < view_pixels(&p->view); ++i)
+        if (p->z[i] < VIEW_SKY) {
+            sum += fmin(cap, (double)(p->view.radius * p->view.focal_px / p->z[i]));
+            count += 1;
+        }
+    return count > 0 ? sum / count : 0;
+}
+
+static job production(const picture *p) {
+    job j;
+    memset(&j, 0, sizeof j);
+    j.picture = p;
+    j.desc = view_describe(&p->view);
+    j.desc.max_radius_px = CAP_PX;
+    j.desc.slices = SLICES;
+    j.desc.steps = STEPS;
+    j.output.visibility = p->visibility;
+    return j;
+}
+
+static void run_library(void *user) {
+    const job *j = user;
+    gtao_result r = gtao_compute(&j->desc, &j->output, j->picture->scratch, j->picture->scratch_size, NULL);
+    if (r != GTAO_OK) {
+        fprintf(stderr, "speed: %s\n", gtao_result_string(r));
+        exit(1);
+    }
+}
+
+static void prepare_rows(void *user, int thread, int row_begin, int row_end) {
+    const job *j = user;
+    (void)thread;
+    gtao_prepare_rows(j->context, row_begin, row_end);
+}
+
+static void visibility_rows(void *user, int thread, int row_begin, int row_end) {
+    const job *j = user;
+    (void)thread;
+    gtao_visibility_rows(j->context, row_begin, row_end, NULL);
+}
+
+static void run_threads(void *user) {
+    job *j = user;
+    gtao_context *context;
+    if (gtao_begin(&j->desc, &j->output, j->picture->scratch, j->picture->scratch_size, &context) != GTAO_OK)
+        exit(1);
+    j->context = context;
+    pool_run(j->threads, j->desc.height, 0, prepare_rows, NULL, j);
+    pool_run(j->threads, j->desc.height, 0, visibility_rows, NULL, j);
+}
+
+static void run_transcription(void *user) {
+    const job *j = user;
+    const view *v = &j->picture->view;
+    float direction[16], offset[16];
+    memo_settings s = {SLICES, STEPS, v->radius, v->falloff, CAP_PX};
+    memo_noise(0, direction, offset);
+    memo_gtao(v->width, v->height, v->z, v->normals, v->focal_px, v->cx, v->cy, &s, direction, offset,
+              j->picture->visibility);
+}
+
+static void run_floor(void *user) {
+    const job *j = user;
+    loadmax_run(j->floor);
+}
+
+static double samples_a_pixel(const job *j) {
+    gtao_stats stats;
+    memset(&stats, 0, sizeof stats);
+    gtao_compute(&j->desc, &j->output, j->picture->scratch, j->picture->scratch_size, &stats);
+    return (double)stats.samples / (double)view_pixels(&j->picture->view);
+}
+
+static double ns_a_pixel(const timed *t, const picture *p) {
+    return 1e9 * t->seconds / (double)view_pixels(&p->view);
+}
+
+/* ---- the groups -------------------------------------------------------------------------------------------------- */
+
+static void instruction_sets(const picture *p, int repeat) {
+    static const gtao_isa isas[] = {GTAO_ISA_SCALAR, GTAO_ISA_SSE2, GTAO_ISA_AVX2, GTAO_ISA_AVX512, GTAO_ISA_NEON};
+    job j[8];
+    timed t[8];
+    const char *name[8];
+    int n = 0;
+    j[n] = production(p), name[n] = "transcription", t[n] = (timed){run_transcription, &j[n], 0}, ++n;
+    for (size_t k = 0; k < sizeof isas / sizeof *isas; ++k)
+        if (gtao_isa_available(isas[k])) {
+            j[n] = production(p);
+            j[n].desc.isa = isas[k];
+            name[n] = gtao_isa_name(isas[k]);
+            t[n] = (timed){run_library, &j[n], 0}, ++n;
+        }
+    measure(t, n, repeat, thread_seconds);
+    for (int k = 0; k < n; ++k)
+        row("isa", p->name, name[k], radius_px(p, CAP_PX), ns_a_pixel(&t[k], p), "ns/pixel",
+            t[0].seconds / t[k].seconds, "transcription of the memo");
+    printf("  %-10s transcription %.0f ns/pixel, %s %.2f: %.1f times\n", p->name, ns_a_pixel(&t[0], p), name[n - 1],
+           ns_a_pixel(&t[n - 1], p), t[0].seconds / t[n - 1].seconds);
+}
+
+/* Slope of ns/pixel over samples a pixel by least squares. */
+static double slope(const double *x, const double *y, int n) {
+    double mx = 0, my = 0, xx = 0, xy = 0;
+    for (int k = 0; k < n; ++k)
+        mx += x[k] / n, my += y[k] / n;
+    for (int k = 0; k < n; ++k)
+        xx += (x[k] - mx) * (x[k] - mx), xy += (x[k] - mx) * (y[k] - my);
+    return xy / xx;
+}
+
+/* The cost of one more sample, beside loading the same samples and taking their maximum. `capped`: the radius is beyond
+ * the cap at every pixel, so both read exactly the same samples; else the floor takes the mean radius. */
+static void marginal(const picture *p, int repeat, bool capped, float f) {
+    static const int steps[] = {8, 16, 32};
+    enum { N = 3 };
+    job j[2 * N];
+    timed t[2 * N];
+    double samples[2 * N], ns[2 * N], reach = capped ? CAP_PX : radius_px(p, CAP_PX);
+    char what[64];
+    for (int k = 0; k < N; ++k) {
+        j[k] = production(p);
+        j[k].desc.steps = steps[k];
+        j[k].desc.falloff = f;
+        if (capped)
+            j[k].desc.radius = p->view.radius * 1e4f;
+        j[N + k] = j[k];
+        j[N + k].floor = loadmax_open(&p->view, steps[k], (float)reach);
+        if (!j[N + k].floor)
+            exit(1);
+        samples[k] = samples_a_pixel(&j[k]);
+        samples[N + k] = loadmax_samples(j[N + k].floor);
+        t[k] = (timed){run_library, &j[k], 0};
+        t[N + k] = (timed){run_floor, &j[N + k], 0};
+    }
+    measure(t, 2 * N, repeat, thread_seconds);
+    for (int k = 0; k < 2 * N; ++k)
+        ns[k] = ns_a_pixel(&t[k], p);
+    double ours = slope(samples, ns, N), least = slope(samples + N, ns + N, N);
+    const char *kind = capped ? "beyond the cap" : "scene's radius";
+    snprintf(what, sizeof what, "%s; falloff %g", kind, (double)f);
+    for (int k = 0; k < N; ++k) {
+        row("marginal_points", p->name, what, samples[k], ns[k], "ns/pixel", ns[k] / ns[0], "8 steps");
+        row("floor_points", p->name, what, samples[N + k], ns[N + k], "ns/pixel", ns[N + k] / ns[N], "8 steps");
+        loadmax_close(j[N + k].floor);
+    }
+    row("marginal", p->name, what, reach, ours, "ns/sample", ours / least, "load and maximum");
+    row("floor", p->name, what, reach, least, "ns/sample", 1, "load and maximum");
+    printf("  %-10s %s: %.3f ns a sample, %.2f times load and maximum (%.3f)\n", p->name, what, ours, ours / least,
+           least);
+}
+
+static void nearness(const picture *p, int repeat) {
+    enum { N = 7 };
+    job j[N];
+    timed t[N];
+    picture scaled[N];
+    for (int k = 0; k < N; ++k) {
+        /* Nearer by 2^k: the image is the same, the radius reaches further over it. */
+        scaled[k] = *p;
+        j[k] = production(&scaled[k]);
+        j[k].desc.radius = p->view.radius * (float)(1 << k);
+        t[k] = (timed){run_library, &j[k], 0};
+    }
+    measure(t, N, repeat, thread_seconds);
+    for (int k = 0; k < N; ++k)
+        row("nearness", p->name, setting, 1.0 / (1 << k), ns_a_pixel(&t[k], p), "ns/pixel", t[k].seconds / t[0].seconds,
+            "depth times 1");
+}
+
+/* Without the cap, at the radius that is so many pixels long on average. */
+static void radii(const picture *p, int repeat) {
+    enum { N = 8 };
+    job j[2 * N];
+    timed t[2 * N];
+    double all = radius_px(p, 1e30);
+    for (int k = 0; k < 2 * N; ++k) {
+        j[k] = production(p);
+        j[k].desc.max_radius_px = 0;
+        j[k].desc.every_pixel = k >= N;
+        j[k].desc.radius = p->view.radius * (float)((4 << (k % N)) / all);
+        t[k] = (timed){run_library, &j[k], 0};
+    }
+    measure(t, 2 * N, repeat, thread_seconds);
+    for (int k = 0; k < 2 * N; ++k)
+        row(k < N ? "radius" : "radius_every_pixel", p->name, k < N ? setting : "1 slice; every pixel", 4 << (k % N),
+            ns_a_pixel(&t[k], p), "ns/pixel", t[k].seconds / t[k < N ? 0 : N].seconds, "4 pixels");
+}
+
+static void slices_and_steps(const picture *p, int repeat) {
+    static const int slices[] = {1, 2, 4, 8, 16, 32, 64}, steps[] = {1, 2, 4, 8, 16, 32, 64};
+    enum { N = 7 };
+    job j[2 * N];
+    timed t[2 * N];
+    for (int k = 0; k < N; ++k) {
+        j[k] = j[N + k] = production(p);
+        j[k].desc.slices = slices[k];
+        j[N + k].desc.steps = steps[k];
+        t[k] = (timed){run_library, &j[k], 0};
+        t[N + k] = (timed){run_library, &j[N + k], 0};
+    }
+    measure(t, 2 * N, repeat, thread_seconds);
+    for (int k = 0; k < N; ++k)
+        row("slices", p->name, "8 steps", slices[k], ns_a_pixel(&t[k], p), "ns/pixel", t[k].seconds / t[0].seconds,
+            "1 slice");
+    for (int k = 0; k < N; ++k)
+        row("steps", p->name, "1 slice", steps[k], ns_a_pixel(&t[N + k], p), "ns/pixel",
+            t[N + k].seconds / t[N].seconds, "1 step");
+}
+
+static void variants(const picture *p, int repeat) {
+    enum { N = 15 };
+    job j[N];
+    timed t[N];
+    static const char *const names[N] = {"visibility",
+                                         "visibility in 8 bits",
+                                         "visibility and bent normals",
+                                         "packed visibility and bent normals",
+                                         "derived normals",
+                                         "derived normals; bent normals",
+                                         "hard cutoff",
+                                         "unbounded radius",
+                                         "memo estimator",
+                                         "uniform weighting",
+                                         "thickness heuristic",
+                                         "hilbert noise",
+                                         "no noise",
+                                         "clamped border",
+                                         "every pixel"};
+    for (int k = 0; k < N; ++k)
+        j[k] = production(p);
+    j[1].output.visibility_format = GTAO_FORMAT_UNORM8;
+    j[2].output.bent_normals = p->bent;
+    j[3].output.visibility = NULL, j[3].output.packed = p->packed;
+    j[4].desc.normals = NULL;
+    j[5].desc.normals = NULL, j[5].output.bent_normals = p->bent;
+    j[6].desc.falloff = 0;
+    j[7].desc.radius = HUGE_VALF;
+    j[8].desc.estimator = GTAO_ESTIMATOR_MEMO;
+    j[9].desc.weighting = GTAO_WEIGHTING_UNIFORM;
+    j[10].desc.thin_blend = 0.1f;
+    j[11].desc.noise = GTAO_NOISE_HILBERT;
+    j[12].desc.noise = GTAO_NOISE_NONE;
+    j[13].desc.border = GTAO_BORDER_CLAMP;
+    j[14].desc.every_pixel = 1;
+    for (int k = 0; k < N; ++k)
+        t[k] = (timed){run_library, &j[k], 0};
+    measure(t, N, repeat, thread_seconds);
+    for (int k = 0; k < N; ++k)
+        row("variant", p->name, names[k], k, ns_a_pixel(&t[k], p), "ns/pixel", t[k].seconds / t[0].seconds,
+            "visibility");
+}
+
+static void scratch(const picture *p) {
+    static const struct {
+        const char *name;
+        gtao_preset preset;
+        int slices;
+    } settings[] = {{"1 slice x 8 steps", GTAO_PRESET_LOW, 1}, {"low", GTAO_PRESET_LOW, 0},
+                    {"medium", GTAO_PRESET_MEDIUM, 0},         {"high", GTAO_PRESET_HIGH, 0},
+                    {"ultra", GTAO_PRESET_ULTRA, 0},           {"reference", GTAO_PRESET_REFERENCE, 0}};
+    for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k) {
+        job j = production(p);
+        j.desc.preset = settings[k].preset;
+        j.desc.slices = settings[k].slices;
+        j.desc.steps = settings[k].slices ? STEPS : 0;
+        double bytes = (double)gtao_scratch_size(&j.desc);
+        row("scratch", p->name, settings[k].name, p->view.width, bytes / (double)view_pixels(&p->view), "bytes/pixel",
+            bytes, "bytes");
+    }
+}
+
+/* Scenes at several resolutions; the cap in pixels stays, or grows with the image. */
+static bool resolutions(pool *threads, int repeat, bool quick) {
+    static const int widths[] = {480, 960, 1280, 1920, 3840};
+    enum { N = 5 };
+    int n = quick ? 4 : N;
+    picture p[N];
+    job j[2 * N];
+    timed t[2 * N];
+    for (int k = 0; k < n; ++k) {
+        if (!picture_open(&p[k], "stairs", widths[k], widths[k] * 9 / 16, threads))
+            return false;
+        j[k] = j[n + k] = production(&p[k]);
+        j[n + k].desc.max_radius_px = CAP_PX * widths[k] / WIDTH;
+        t[k] = (timed){run_library, &j[k], 0};
+        t[n + k] = (timed){run_library, &j[n + k], 0};
+    }
+    measure(t, 2 * n, repeat, thread_seconds);
+    for (int k = 0; k < 2 * n; ++k)
+        row(k < n ? "resolution" : "resolution_scaled_cap", "stairs", setting, widths[k % n],
+            ns_a_pixel(&t[k], &p[k % n]), "ns/pixel", t[k].seconds / t[k < n ? 1 : n + 1].seconds, "960x540");
+    printf("  1920x1080 costs %.2f times 960x540\n", t[3].seconds / t[1].seconds);
+    for (int k = 0; k < n; ++k)
+        picture_close(&p[k]);
+    return true;
+}
+
+static bool thread_counts(pool *threads, int repeat) {
+    static const struct {
+        const char *name;
+        int width;
+        gtao_preset preset;
+    } work[] = {{"960x540 medium", 960, GTAO_PRESET_MEDIUM}, {"1920x1080 high", 1920, GTAO_PRESET_HIGH}};
+    enum { MOST = 8 };
+    int most = pool_threads(threads);
+    most = most > MOST ? MOST : most;
+    for (size_t w = 0; w < sizeof work / sizeof *work; ++w) {
+        picture p;
+        job j[MOST];
+        timed t[MOST];
+        bool ok = picture_open(&p, "furniture", work[w].width, work[w].width * 9 / 16, threads);
+        for (int k = 0; k < most; ++k) {
+            j[k] = production(&p);
+            j[k].desc.slices = j[k].desc.steps = 0;
+            j[k].desc.preset = work[w].preset;
+            j[k].threads = pool_create(k + 1);
+            ok = ok && j[k].threads;
+            t[k] = (timed){run_threads, &j[k], 0};
+        }
+        if (ok)
+            measure(t, most, 2 * repeat + 1, wall_seconds);
+        for (int k = 0; k < most; ++k) {
+            if (ok)
+                row("threads", "furniture", work[w].name, k + 1, ns_a_pixel(&t[k], &p), "ns/pixel",
+                    t[0].seconds / t[k].seconds, "1 thread");
+            pool_destroy(j[k].threads);
+        }
+        if (!ok)
+            return false;
+        if (most > 1)
+            printf("  %s: two threads are %.2f times as fast as one\n", work[w].name, t[0].seconds / t[1].seconds);
+        picture_close(&p);
+    }
+    return true;
+}
+
+bool speed_run(bool quick) {
+    static const char *const names[] = {"stairs", "foliage", "furniture", "terrain"};
+    int repeat = quick ? 3 : 11, scenes = quick ? 3 : 4;
+    pool *threads = pool_create(cli_processors());
+    csv = fopen("build/bench/speed.csv", "w");
+    if (!csv || !threads) {
+        perror("build/bench/speed.csv");
+        return false;
+    }
+    fprintf(csv, "group,scene,setting,x,value,unit,ratio,baseline\n");
+    bool ok = true;
+    for (int k = 0; k < scenes && ok; ++k) {
+        picture p;
+        ok = picture_open(&p, names[k], WIDTH, HEIGHT, threads);
+        if (!ok)
+            break;
+        instruction_sets(&p, repeat);
+        marginal(&p, repeat, false, falloff);
+        marginal(&p, repeat, false, 0);
+        marginal(&p, repeat, true, falloff);
+        if (k == 0 || !quick) {
+            nearness(&p, repeat);
+            radii(&p, quick ? 2 : 5);
+            slices_and_steps(&p, quick ? 2 : 5);
+            variants(&p, repeat);
+        }
+        if (k == 0)
+            scratch(&p);
+        picture_close(&p);
+    }
+    ok = ok && resolutions(threads, quick ? 3 : 7, quick) && thread_counts(threads, repeat);
+    pool_destroy(threads);
+    fclose(csv);
+    return ok;
+}
