@@ -5,7 +5,7 @@
 # make bench      error against run time, beside other methods, into build/bench/ and docs/; QUICK=1: a look in 2 minutes
 # make fuzz       libFuzzer for FUZZ_SECONDS (60); make msan: golden hashes and the corpus under MemorySanitizer
 # make golden     rewrite tests/data/golden.txt (after a deliberate change of the results)
-# make figures    docs/figures/*.gp to svg
+# make figures    docs/figures/*.gp to svg, and the README's picture from the demo
 # make format, make check-format, make coverage, make clean
 #
 # config=debug|release|sanitize|thread|coverage chooses the flags; objects of each are kept apart.
@@ -145,7 +145,8 @@ fuzz: | build/setup/fuzz
 msan: | build/setup/fuzz
 	@tests/run.sh tests/fuzz/msan.sh
 
-figures: | build/setup/figures
+figures: demo | build/setup/figures
+	cp build/demo/strip.png docs/figures/demo.png
 	@for f in docs/figures/*.gp; do echo "gnuplot $$f" && gnuplot $$f > $${f%.gp}.svg || exit 1; done
 
 sources := $(wildcard *.h examples/*.[ch] examples/common/*.[ch] tests/*/*.[ch])
