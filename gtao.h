@@ -768,16 +768,17 @@ GTAO_API void gtao_noise_at(gtao_noise noise, int x, int y, uint32_t frame, floa
 /* x in [0, 1] to 0 .. scale, rounded; NaN to 0. */
 GTAOI_INLINE uint32_t gtaoi_unorm(float x, float scale) {
     GTAOI_NO_CONTRACT
-    return (uint32_t)(gtaoi_min(gtaoi_max(x, 0.0f), 1.0f) * scale + 0.5f);
+    return (uint32_t)(int32_t)(gtaoi_min(gtaoi_max(x, 0.0f), 1.0f) * scale + 0.5f);
+}
+
+GTAOI_INLINE uint32_t gtaoi_pack(float v, float x, float y, float z) {
+    GTAOI_NO_CONTRACT
+    return gtaoi_unorm(v, 255.0f) | gtaoi_unorm(0.5f + 0.5f * x, 255.0f) << 8 |
+           gtaoi_unorm(0.5f + 0.5f * y, 255.0f) << 16 | gtaoi_unorm(0.5f + 0.5f * z, 255.0f) << 24;
 }
 
 GTAO_API uint32_t gtao_pack(float visibility, const float bent_normal[3]) {
-    GTAOI_NO_CONTRACT
-    uint32_t p = gtaoi_unorm(visibility, 255.0f);
-    int i;
-    for (i = 0; i < 3; i++)
-        p |= gtaoi_unorm(0.5f + 0.5f * bent_normal[i], 255.0f) << (8 * (i + 1));
-    return p;
+    return gtaoi_pack(visibility, bent_normal[0], bent_normal[1], bent_normal[2]);
 }
 
 GTAO_API void gtao_unpack(uint32_t packed, float *visibility, float bent_normal[3]) {
@@ -1498,10 +1499,10 @@ static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float 
     }
     if (o->packed) {
         char *row = (char *)o->packed + (ptrdiff_t)y * o->packed_stride;
-        for (i = 0; i < n; i++) {
-            uint32_t u = gtao_pack(v[i], b + 3 * i);
-            memcpy(row + (ptrdiff_t)(x + i) * 4, &u, 4);
-        }
+        uint32_t u[4 * GTAOI_LANES];
+        for (i = 0; i < n; i++)
+            u[i] = gtaoi_pack(v[i], b[3 * i], b[3 * i + 1], b[3 * i + 2]);
+        memcpy(row + (ptrdiff_t)x * 4, u, (size_t)n * 4);
     }
 }
 
@@ -2898,7 +2899,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
             for (g = 0; g < groups; g++) {
                 if (GM_ANY(active[g]))
                     v[g] = GTAOI_NAME(gtaoi_finish)(c, &pixel[g], &sum[g], active[g]);
-                b[3 * g] = pixel[g].nx, b[3 * g + 1] = pixel[g].ny, b[3 * g + 2] = pixel[g].nz;
+                if (c->bent)
+                    b[3 * g] = pixel[g].nx, b[3 * g + 1] = pixel[g].ny, b[3 * g + 2] = pixel[g].nz;
             }
             if (period == 4) {
                 GTAOI_NAME(gtaoi_store4)(image_v, 4, v);
