@@ -33,6 +33,17 @@ awk -F, '$1 == "isa" {
     }
 }' $speed > $out/isa.md
 
+# Means over the scenes for the front page.
+awk -F, -v isa="$(awk -F, 'NR == 2 { print $4 }' $host)" '
+    $1 == "isa" { if (!($3 in n)) kernel[++k] = $3; n[$3]++; ns[$3] += $5; ratio[$3] += $7 }
+    $1 == "resolution" { ms[$4] = $5 * $4 * $4 * 9 / 16e6 }
+    $1 == "threads" && $4 == 2 { two[$3] = $7 }
+    END {
+        print "| kernel | ns per pixel | times faster than the transcription |\n|---|--:|--:|"
+        for (i = 1; i <= k; i++) printf "| %s | %.1f | %.1f |\n", kernel[i] == "transcription" ? "scalar transcription of the memo, -O3 -march=native" : kernel[i], ns[kernel[i]] / n[kernel[i]], ratio[kernel[i]] / n[kernel[i]]
+        printf "\n960x540 takes %.1f ms, 1920x1080 %.1f ms (%s, one thread).\n", ms[960], ms[1920], isa
+    }' $speed > $out/readme-speed.md
+
 awk -F, 'BEGIN { print "| scene | samples | ns per sample | load and maximum | ratio |\n|---|---|--:|--:|--:|" }
     $1 == "marginal" { what = $3; sub(/;/, ",", what); m = $5; r = $7; s = $2 }
     $1 == "floor" { printf "| %s | %s | %.3f | %.3f | %.1f |\n", s, what, m, $5, r }' $speed > $out/marginal.md
@@ -92,10 +103,10 @@ awk -F, "$less"' $1 == "pooled" && $2 == "gtao preset" && $9 == "plain" {
     }
     $1 == "pooled" && $2 == "gtao scalar" { scalar[$3] = $7 }
     END {
-        print "| preset | slices x samples a side | ns per pixel | RMSE | without the truth'"'"'s noise | mean error | PSNR | SSIM | largest | RMSE to ray tracing |"
-        print "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|"
+        print "| preset | slices x samples a side | ns per pixel | RMSE | mean error | SSIM | largest | RMSE to ray tracing |"
+        print "|---|---|--:|--:|--:|--:|--:|--:|"
         for (i = 1; i <= n; i++)
-            printf "| %s | %d x %s | %.1f | %.4f | %.4f | %+.4f | %.1f dB | %.3f | %.2f | %.3f |\n", p[i], sl[i], st[i] ? st[i] : "every pixel", ns[i], e[i], less(e[i], noise["pooled"]), m[i], psnr[i], ssim[i], most[i], ray[p[i]]
+            printf "| %s | %d x %s | %.0f | %.4f | %+.4f | %.3f | %.2f | %.3f |\n", p[i], sl[i], st[i] ? st[i] : "every pixel", ns[i], less(e[i], noise["pooled"]), m[i], ssim[i], most[i], ray[p[i]]
     }' $truth $error > $out/presets.md
 
 awk -F, "$less"' $1 != "pooled" && $2 == "gtao preset" && $9 == "plain" && $8 == "view" {
@@ -195,9 +206,9 @@ awk -F, '$1 != "pooled" && $2 != "depth buffer" {
             for (i = 1; i <= q[s]; i++) if (qt[s, i] <= f[7] && qe[s, i] < slow) slow = qe[s, i]
             all[f[8]]++
             if (f[10] < best) { lost[f[8]]++; line[++lines] = sprintf("| %s | %s | %s %s | %.0f | %.4f | %s | %s |", f[8] == "view" ? "depth buffer" : "ray tracing", f[1], f[2], f[3], f[7], f[10], best < 9 ? sprintf("%.4f", best) : "none as fast", with) }
-            if (f[10] < slow) { lost_scalar[f[8]]++ }
+            if (f[10] < slow) { lost_scalar[f[8]]++; none[f[8]] += slow == 9 }
         }
-        printf "Of %d pairs of a rival'"'"'s setting and a scene, the rival has less error than the library in the same time in %d against the truth of the depth buffer, and in %d of %d against ray tracing (both fitted). With the library'"'"'s scalar kernel, settings 1x4 to 16x32: %d and %d.\n", all["view"], lost["view"], lost["rays"], all["rays"], lost_scalar["view"], lost_scalar["rays"]
+        printf "Of %d pairs of a rival'"'"'s setting and a scene, the rival has less error than the library in the same time in %d against the truth of the depth buffer, and in %d of %d against ray tracing (both fitted). With the library'"'"'s scalar kernel, settings 1x4 to 16x32: %d and %d, of which %d and %d in times for which that kernel has no setting at all.\n", all["view"], lost["view"], lost["rays"], all["rays"], lost_scalar["view"], lost_scalar["rays"], none["view"], none["rays"]
         if (lines) print "\n| truth | scene | rival | ns per pixel | its RMSE, fitted | gtao.h in that time | with |\n|---|---|---|--:|--:|--:|---|"
         for (i = 1; i <= lines; i++) print line[i]
     }' $error > $out/exceptions.md
@@ -222,6 +233,7 @@ awk -F, "$less"' $1 != "pooled" && $9 == "plain" {
         if ($2 == "rays") { ns[$1, $3] = $7; if ($8 == "view") x[$1, $3] = $10; else { y[$1, $3] = $10; own_ray[$1, $3] = less($10, rays_noise[$1]) } }
         if ($2 == "gtao preset" && $8 == "rays" && $3 == "high") { high[$1] = $10; high_ns[$1] = $7 }
     }
+    function note(i, x) { if (!(i in lo) || x < lo[i]) lo[i] = x; if (!(i in hi) || x > hi[i]) hi[i] = x }
     END {
         print "| scene | Embree, 16 rays: ns per pixel | RMSE to the depth buffer | gtao.h no worse: ns (setting) | factor | RMSE to its own truth | gtao.h no worse to its own: ns (setting) | factor | RMSE of high to ray tracing | rays that reach it: ns | factor |"
         print "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
@@ -238,7 +250,9 @@ awk -F, "$less"' $1 != "pooled" && $9 == "plain" {
                     c = exp(log(ns[k, q]) + (log(ns[k, 4 * q]) - log(ns[k, q])) * (log(y[k, q]) - log(high[k])) / (log(y[k, q]) - log(y[k, 4 * q])))
             if (c == "" && y[k, 1] < high[k]) c = ns[k, 1]
             printf "| %s | %.0f | %.3f | %.1f (%s) | %.0f | %.3f | %.1f (%s) | %.0f | %.3f | %.0f | %.0f |\n", k, ns[k, 16], x[k, 16], a, as, ns[k, 16] / a, own_ray[k, 16], b, bs, ns[k, 16] / b, high[k], c, c / high_ns[k]
+            note(1, ns[k, 16] / a); note(2, ns[k, 16] / b); note(3, c / high_ns[k])
         }
+        printf "\nFactors in time: %.0f to %.0f at equal RMSE to the depth buffer, %.0f to %.0f at equal noise, %.0f to %.0f at equal RMSE to ray tracing.\n", lo[1], hi[1], lo[2], hi[2], lo[3], hi[3]
     }' $truth $error > $out/embree.md
 
 # ---- docs -----------------------------------------------------------------------------------------------------------
@@ -246,7 +260,7 @@ awk -F, "$less"' $1 != "pooled" && $9 == "plain" {
 [ "${1-}" = docs ] || exit 0
 for f in build/bench/bench_*.svg; do cp "$f" docs/figures/; done
 cp build/bench/crops.png docs/figures/bench_crops.png
-for page in docs/benchmark.md docs/accuracy.md; do
+for page in README.md docs/benchmark.md docs/accuracy.md; do
     awk -v dir=$out '
         /^<!-- begin: / {
             print; file = dir "/" $3 ".md"

@@ -13,7 +13,7 @@
 #include "rivals/rivals.h"
 #include "trace.h"
 
-enum { MOST_METHODS = 256, MOST_SCENES = 16, TRUTHS = 2 };
+enum { MOST_METHODS = 512, MOST_SCENES = 16, TRUTHS = 2 };
 static const char *const truth_names[TRUTHS] = {"view", "rays"};
 
 typedef enum kind { LIBRARY, RIVAL, VOXELS, RAYS } kind;
@@ -24,9 +24,10 @@ typedef struct method {
     gtao_desc desc; /* slices, steps and the like; the scene's part is filled in */
     const rival *rival;
     const rival_preset *preset;
-    int count;   /* cones or rays */
-    int source;  /* index of the method this one denoises, or -1 */
-    bool filter; /* the library's result through the 4 x 4 filter of [J16] */
+    int count;    /* cones or rays */
+    int source;   /* index of the method this one denoises, or -1 */
+    bool filter;  /* the library's result through the 4 x 4 filter of [J16] */
+    bool derived; /* the library derives the normals */
     rival_output fit[TRUTHS];
 } method;
 
@@ -96,7 +97,7 @@ static void resolve_preset(gtao_preset preset, int *slices, int *steps) {
 }
 
 static void list_methods(bench *b, bool quick) {
-    static const int slices[] = {1, 2, 3, 4, 6, 8, 16, 32, 64}, steps[] = {2, 3, 4, 6, 8, 12, 16, 32, 64, 0};
+    static const int slices[] = {1, 2, 3, 4, 6, 8, 12, 16, 32, 64}, steps[] = {2, 3, 4, 6, 8, 12, 16, 24, 32, 64, 0};
     static const int some[][2] = {{1, 4}, {1, 8}, {2, 6}, {3, 8}, {4, 8}, {8, 16}, {16, 32}, {32, 64}, {64, 0}};
     static const char *const presets[] = {"medium", "low", "high", "ultra", "reference"};
     static const int order[] = {1, 0, 2, 3, 4}, rays[] = {1, 4, 16, 64, 256};
@@ -405,7 +406,7 @@ static bool write_noise(const bench *b, int strata) {
 
 /* ---- the page of crops ------------------------------------------------------------------------------------------- */
 
-enum { CROP_WIDTH = 168, CROP_HEIGHT = 120, GAP = 6, LABEL = 17, TITLE = 22, MARGIN = 190 };
+enum { CROP_WIDTH = 160, CROP_HEIGHT = 112, GAP = 6, LABEL = 17, TITLE = 22, MARGIN = 190 };
 
 static int scene_named(const bench *b, const char *name) {
     for (int s = 0; s < b->scenes; ++s)
@@ -442,7 +443,7 @@ static bool write_crops(bench *b) {
     static const struct {
         const char *scene;
         double x, y; /* centre of the crop */
-    } columns[] = {{"stairs", 0.5, 0.6},
+    } columns[] = {{"stairs", 0.27, 0.45},
                    {"foliage", 0.5, 0.6},
                    {"furniture", 0.45, 0.55},
                    {"figure", 0.5, 0.45},
@@ -494,9 +495,9 @@ static bool write_crops(bench *b) {
                 continue;
             for (int j = 0; j < h; ++j)
                 for (int i = 0; i < w; ++i)
-                    for (int q = 0; q < 3; ++q) /* 64 levels keep the file small */
+                    for (int q = 0; q < 3; ++q) /* 27 levels keep the file small */
                         crop.data[3 * (j * w + i) + q] =
-                            roundf(b->work[rival_index(&d->view, x0 + i, y0 + j)] * 63) / 63;
+                            roundf(b->work[rival_index(&d->view, x0 + i, y0 + j)] * 26) / 26;
             canvas_draw(&page, x, y + LABEL, &crop);
             image_free(&crop);
             canvas_text(&page, (float)x, (float)(y + 13), CANVAS_LEFT, CANVAS_REGULAR, 11.5f, ink, label);

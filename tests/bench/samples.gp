@@ -1,5 +1,5 @@
 # Error against slices and against samples, all scenes; the truth's own noise is taken off in quadrature.
-FIG_WIDTH = 1100; FIG_HEIGHT = 480
+FIG_WIDTH = 1100; FIG_HEIGHT = 660
 load "docs/figures/style.inc"
 
 noise2 = real(system("awk -F, 'NR > 1 { s += $3 * $3 } END { print s / (NR - 1) }' build/bench/truth.csv"))
@@ -10,19 +10,20 @@ MOST = int(system("awk -F, '$1 == \"pooled\" && $2 == \"gtao\" && $4 > m { m = $
 set fit quiet logfile "/dev/null"
 
 set logscale xy
-set yrange [0.002:0.4]
+set yrange [0.004:0.4]
 set ytics ("0.002" 0.002, "0.005" 0.005, "0.01" 0.01, "0.02" 0.02, "0.05" 0.05, "0.1" 0.1, "0.2" 0.2)
 set xtics (1, 2, 4, 8, 16, 32, 64)
 set xrange [0.9:72]
 set ylabel "RMSE against the depth buffer's truth"
-set key Left reverse bottom left spacing 1.15 samplen 2.5
+set key Left reverse at graph 0.02,-0.2 left top maxrows 8 spacing 1.1 samplen 2.5 width 1
 set multiplot layout 1,2
+set bmargin at screen 0.37
 
 f(x) = a * x**b; a = 0.2; b = -1
 fit [1:8] log(f(x)) of(STEPS, 0, SLICES) u 1:(log(less($2))) via a, b
 set xlabel "slices"
 set title "more slices"
-plot of(STEPS, 4, SLICES) u 1:(less($2)) w lp lw 2 pt 4 lc rgb LIGHT title "4 samples a side", \
+plot of(STEPS, 4, SLICES) u 1:(less($2)) w lp lw 2 pt 4 lc rgb GREY title "4 samples a side", \
      of(STEPS, 8, SLICES) u 1:(less($2)) w lp lw 2 pt 5 lc rgb "#7FB8DD" title "8", \
      of(STEPS, 16, SLICES) u 1:(less($2)) w lp lw 2 pt 6 lc rgb GREEN title "16", \
      of(STEPS, 32, SLICES) u 1:(less($2)) w lp lw 2 pt 8 lc rgb ORANGE title "32", \
@@ -34,7 +35,7 @@ g(x) = p * x**q; p = 0.5; q = -1
 fit [2:16] log(g(x)) of(SLICES, MOST, STEPS) u ($1 > 0 ? $1 : NaN):(log(less($2))) via p, q
 set xlabel "samples a side"
 set title "more samples"
-plot of(SLICES, 1, STEPS) u ($1 > 0 ? $1 : NaN):(less($2)) w lp lw 2 pt 4 lc rgb LIGHT title "1 slice", \
+plot of(SLICES, 1, STEPS) u ($1 > 0 ? $1 : NaN):(less($2)) w lp lw 2 pt 4 lc rgb GREY title "1 slice", \
      of(SLICES, 2, STEPS) u ($1 > 0 ? $1 : NaN):(less($2)) w lp lw 2 pt 5 lc rgb "#7FB8DD" title "2", \
      of(SLICES, 4, STEPS) u ($1 > 0 ? $1 : NaN):(less($2)) w lp lw 2 pt 6 lc rgb GREEN title "4", \
      of(SLICES, 16, STEPS) u ($1 > 0 ? $1 : NaN):(less($2)) w lp lw 2 pt 8 lc rgb ORANGE title "16", \

@@ -1,5 +1,5 @@
 # Error against time on each scene, against the truth of the depth buffer.
-FIG_WIDTH = 1180; FIG_HEIGHT = 700
+FIG_WIDTH = 1180; FIG_HEIGHT = 720
 load "docs/figures/style.inc"
 load "tests/bench/rivals.inc"
 
@@ -18,7 +18,7 @@ do for [k = 0:9] {
     } else { set ytics ("" 0.01, "" 0.02, "" 0.05, "" 0.1, "" 0.2, "" 0.5); unset ylabel }
     if (line == 1) { set xlabel "ns per pixel" offset 0,0.5 } else { unset xlabel }
     scene = word(SCENES, k + 1)
-    if (k == 9) { set key Left reverse at screen 0.5,0.135 center top maxrows 3 samplen 2 spacing 1.15 width -1 }
+    if (k == 9) { set key Left reverse at screen 0.06,0.14 left top maxrows 4 samplen 2 spacing 1.15 width 1 }
     plot for [i = 1:RIVALS] pick(scene, "view", "fitted", FAMILY[i]) u 1:2 w lp lw 1.2 ps 0.8 pt SHAPE[i] lc rgb COLOUR[i] title LABEL[i], \
          front(scene, "view", "plain", "gtao memo estimator") u 1:2 w l lw 2 dt 4 lc rgb RED title "gtao.h, memo estimator", \
          front(scene, "view", "plain", "gtao scalar") u 1:2 w l lw 2 dt 2 lc rgb BLUE title "gtao.h, scalar kernel", \
