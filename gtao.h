@@ -200,12 +200,12 @@ typedef enum gtao_border {
     GTAO_BORDER_WRAP = 2   /* the image repeats: tileable maps */
 } gtao_border;
 
-typedef enum gtao_preset {
-    GTAO_PRESET_MEDIUM = 0,
-    GTAO_PRESET_LOW = 1,
-    GTAO_PRESET_HIGH = 2,
-    GTAO_PRESET_ULTRA = 3,
-    GTAO_PRESET_REFERENCE = 4
+typedef enum gtao_preset { /* slices x samples on each side; errors and costs: docs/accuracy.md */
+                           GTAO_PRESET_MEDIUM = 0,   /* 2 x 12 */
+                           GTAO_PRESET_LOW = 1,      /* 1 x 8, for use with a filter */
+                           GTAO_PRESET_HIGH = 2,     /* 4 x 24 */
+                           GTAO_PRESET_ULTRA = 3,    /* 8 x 32 */
+                           GTAO_PRESET_REFERENCE = 4 /* 32 x every pixel */
 } gtao_preset;
 
 typedef enum gtao_estimator {
@@ -914,13 +914,14 @@ typedef struct gtaoi_layout {
     size_t w, slice, sample, taps, count, noise, total; /* byte offsets in the aligned scratch */
 } gtaoi_layout;
 
+/* On the front of error against time of all settings (docs/benchmark.md). */
 static const struct {
     int slices, steps;
 } gtaoi_presets[] = {
-    {2, 6},  /* medium */
-    {1, 4},  /* low */
-    {3, 8},  /* high */
-    {8, 16}, /* ultra */
+    {2, 12}, /* medium */
+    {1, 8},  /* low */
+    {4, 24}, /* high */
+    {8, 32}, /* ultra */
     {32, 0}, /* reference: every pixel */
 };
 
