@@ -47,16 +47,15 @@
  *   depth, normals -> prepare (height, by noise phase) -> horizons -> integrate -> visibility, bent normals
  *
  * OPTIONS (define before the implementation)
- *   GTAO_STATIC            everything static
+ *   GTAO_STATIC            everything static; only together with GTAO_IMPLEMENTATION
  *   GTAO_NO_SIMD           the scalar kernel only
- *   GTAO_ASSERT(x)         instead of assert(x); internal invariants only
  *   GTAO_HEADER_FILENAME   "gtao.h": how the file includes itself, once per vector width
  *
  * MEMORY
  *   No allocation, no globals, no I/O. The caller's scratch: 4 bytes a pixel for the height buffer, its padding (1 KiB
- *   a row at most), and sample tables that do not depend on the image: 32 bytes for each of 16 noise phases x slices x
- *   radius classes (4 an octave) x steps. 960x540, 1 slice of 8 steps: 5.3 bytes a pixel in all
- *   (tests/unit/test_api.c).
+ *   a row at most), and sample tables, 32 bytes for each of 16 noise phases (1 without noise) x slices x radius classes
+ *   (4 an octave) x steps, or x pixels of the largest radius in every-pixel mode. 960x540, 1 slice of 8 steps: 5.3
+ *   bytes a pixel in all (tests/unit/test_api.c).
  *
  * THREADS
  *   None inside. Ranges of rows of one stage may run on any threads at once; finish gtao_prepare_rows of all rows
@@ -72,8 +71,8 @@
  * ACCURACY (tests/reference/test_accuracy.c)
  *   Open planes, any tilt and field of view, any number of slices: visibility exactly 1, bent normal = normal.
  *   Grooves, pits and walls against their closed forms, 64 slices, every pixel: within 0.005.
- *   Against brute force in double precision on rendered scenes, 32 slices, every pixel: RMSE 0.003 to 0.006, bent
- *   normals within 0.2 to 1 degree at the 95th percentile. Depth and radius times 2^k: the same bits.
+ *   Against brute force in double precision on rendered scenes, 32 slices, every pixel: RMSE 0.0003 to 0.007, bent
+ *   normals within 0.04 to 1.4 degrees at the 95th percentile. Depth and radius times 2^k: the same bits.
  *   What a depth buffer does not hold (the backs of things, what is off-screen) is the larger error by far against ray
  *   tracing: docs/accuracy.md.
  *
@@ -161,7 +160,7 @@ extern "C" {
     X(GTAO_ERROR_OUTPUT_FORMAT, "visibility_format: unknown")                                                          \
     X(GTAO_ERROR_OUTPUT_STRIDE,                                                                                        \
       "visibility_stride, bent_stride, bent_components, packed_stride: rows overlap or are misaligned")                \
-    X(GTAO_ERROR_SCRATCH, "scratch: null or smaller than gtao_scratch_size()")                                         \
+    X(GTAO_ERROR_SCRATCH, "scratch, context: null, or smaller than gtao_scratch_size()")                               \
     X(GTAO_ERROR_MATRIX, "projection matrix: neither perspective nor orthographic")
 
 typedef enum gtao_result {
@@ -203,7 +202,7 @@ typedef enum gtao_border {
 typedef enum gtao_preset { /* slices x samples on each side; errors and costs: docs/accuracy.md */
                            GTAO_PRESET_MEDIUM = 0,   /* 2 x 12 */
                            GTAO_PRESET_LOW = 1,      /* 1 x 8, for use with a filter */
-                           GTAO_PRESET_HIGH = 2,     /* 4 x 24 */
+                           GTAO_PRESET_HIGH = 2,     /* 4 x 16 */
                            GTAO_PRESET_ULTRA = 3,    /* 8 x 32 */
                            GTAO_PRESET_REFERENCE = 4 /* 32 x every pixel */
 } gtao_preset;
@@ -254,12 +253,12 @@ typedef struct gtao_desc {
     gtao_camera camera;
     gtao_border border;
 
-    float radius;      /* world units; 0: nothing is in reach; INFINITY: no bound. There is no default. Its projection
-                        * in pixels, radius |r| f / z, is rounded up to a quarter of its octave for the search; what is
-                        * sampled beyond the radius does not count. */
+    float radius;      /* world units; 0: nothing is in reach; 1e30 and more, INFINITY: no bound. There is no default.
+                        * Its projection in pixels, radius |r| f / z, is rounded up to a quarter of its octave for the
+                        * search; what is sampled beyond the radius does not count. */
     float falloff;     /* fraction f of the radius over which occlusion fades out, [J16] conservative attenuation:
                         * weight(d) = saturate((radius - d) / (f radius)). 0: hard cutoff; the memo's is 0.25 */
-    int max_radius_px; /* cap of the search in pixels; 0: the image diagonal */
+    int max_radius_px; /* cap of the search in pixels; 0: the image diagonal; 32767 at most */
 
     gtao_preset preset;
     int slices;       /* directions per pixel, 1..64; 0: from the preset */
@@ -305,7 +304,8 @@ typedef struct gtao_stats {
 
 /* ---- level 1: one call ------------------------------------------------------------------------------------------ */
 
-/* Bytes of scratch for this description, or 0 if the description is invalid (gtao_compute says why). */
+/* Bytes of scratch for this description, or 0 if the description is invalid (gtao_compute says why) or they are more
+ * than the address space holds. */
 GTAO_API size_t gtao_scratch_size(const gtao_desc *desc);
 
 /* Visibility and bent normals of the whole image. `scratch` needs no alignment and no initialisation.
@@ -318,7 +318,8 @@ GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *outp
 /* Lives inside the scratch buffer; valid as long as that and the caller's buffers are. Read-only between stages. */
 typedef struct gtao_context gtao_context;
 
-/* Checks everything, resolves defaults, fills the sample tables. Cheap; one thread. */
+/* Checks everything, resolves defaults, fills the sample tables: under a millisecond for most settings, tens of them
+ * for many slices of every pixel. One thread. */
 GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output, void *scratch, size_t scratch_size,
                                 gtao_context **context);
 
@@ -401,11 +402,6 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 
 #ifndef GTAO_HEADER_FILENAME
 #define GTAO_HEADER_FILENAME "gtao.h" /* how this file includes itself, once per vector width */
-#endif
-
-#ifndef GTAO_ASSERT
-#include <assert.h>
-#define GTAO_ASSERT(x) assert(x) /* internal invariants only; data and descriptions never reach it */
 #endif
 
 /* ---- platform --------------------------------------------------------------------------------------------------- */
@@ -817,7 +813,8 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
             return GTAO_ERROR_MATRIX;
     perspective = m[14] != 0.0f && m[15] == 0.0f && m[11] != 0.0f;
     orthographic = m[14] == 0.0f && m[15] != 0.0f && m[10] != 0.0f;
-    if (m[12] != 0.0f || m[13] != 0.0f || m[0] == 0.0f || m[5] == 0.0f || (!perspective && !orthographic))
+    if (m[1] != 0.0f || m[4] != 0.0f || m[8] != 0.0f || m[9] != 0.0f || /* sheared, oblique near plane */
+        m[12] != 0.0f || m[13] != 0.0f || m[0] == 0.0f || m[5] == 0.0f || (!perspective && !orthographic))
         return GTAO_ERROR_MATRIX;
     if (perspective) {
         /* ndc x = m0 x / w + m2 / m14, ndc z = m10 / m14 + m11 / w, with w = |m14| z in the library's axes. */
@@ -911,7 +908,7 @@ typedef struct gtaoi_layout {
     float extent_min, extent_max;
     uint32_t class_base;
     ptrdiff_t pitch;
-    size_t w, slice, sample, taps, count, noise, total; /* byte offsets in the aligned scratch */
+    uint64_t w, slice, sample, taps, count, noise, total; /* byte offsets in the aligned scratch */
 } gtaoi_layout;
 
 /* On the front of error against time of all settings (docs/benchmark.md). */
@@ -920,7 +917,7 @@ static const struct {
 } gtaoi_presets[] = {
     {2, 12}, /* medium */
     {1, 8},  /* low */
-    {4, 24}, /* high */
+    {4, 16}, /* high */
     {8, 32}, /* ultra */
     {32, 0}, /* reference: every pixel */
 };
@@ -1033,12 +1030,12 @@ static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) 
 static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
     float f_max, f_min, b_ratio;
     double diagonal = sqrt((double)d->width * (double)d->width + (double)d->height * (double)d->height);
-    size_t phases, rows = (size_t)d->height + 4;
+    uint64_t phases, rows = (uint64_t)d->height + 4;
     memset(l, 0, sizeof *l);
     l->slices = d->slices ? d->slices : gtaoi_presets[d->preset].slices;
     l->max_steps = d->steps ? d->steps : gtaoi_presets[d->preset].steps;
     l->every_pixel = d->every_pixel || l->max_steps == 0;
-    l->max_radius = (int)diagonal + 1;
+    l->max_radius = gtaoi_imin((int)diagonal + 1, INT16_MAX); /* the offsets of gtaoi_sample have 16 bits */
     if (d->max_radius_px > 0)
         l->max_radius = gtaoi_imin(l->max_radius, d->max_radius_px);
     if (l->every_pixel)
@@ -1067,19 +1064,19 @@ static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
     if (l->pitch % 1024 == 0)
         l->pitch += 16; /* rows a multiple of 4 KiB apart would share cache sets */
 
-    phases = (size_t)l->period * (size_t)l->period;
+    phases = (uint64_t)l->period * (uint64_t)l->period;
     l->w = (sizeof(struct gtao_context) + 63) / 64 * 64;
-    l->slice = l->w + (rows * (size_t)l->pitch * sizeof(float) + 63) / 64 * 64;
-    l->sample = l->slice + (phases * (size_t)l->slices * sizeof(gtaoi_slice) + 63) / 64 * 64;
+    l->slice = l->w + (rows * (uint64_t)l->pitch * sizeof(float) + 63) / 64 * 64;
+    l->sample = l->slice + (phases * (uint64_t)l->slices * sizeof(gtaoi_slice) + 63) / 64 * 64;
     l->taps = l->sample;
     if (!l->per_pixel_noise)
-        l->taps += phases * (size_t)l->slices * (l->every_pixel ? 1 : (size_t)l->classes) * (size_t)l->max_steps *
+        l->taps += phases * (uint64_t)l->slices * (l->every_pixel ? 1 : (uint64_t)l->classes) * (uint64_t)l->max_steps *
                    sizeof(gtaoi_sample);
-    l->count = l->taps + (l->every_pixel ? phases * (size_t)l->slices * GTAOI_NEAR * sizeof(gtaoi_taps) : 0);
-    l->noise = l->count + (phases * (size_t)l->slices * (size_t)l->classes * sizeof(int) + 63) / 64 * 64;
+    l->count = l->taps + (l->every_pixel ? phases * (uint64_t)l->slices * GTAOI_NEAR * sizeof(gtaoi_taps) : 0);
+    l->noise = l->count + (phases * (uint64_t)l->slices * (uint64_t)l->classes * sizeof(int) + 63) / 64 * 64;
     l->total = l->noise + 63; /* room to align */
     if (l->per_pixel_noise)
-        l->total += (2 * 64 * (64 + GTAOI_LANES) + (l->every_pixel ? 0 : 64 * (size_t)l->max_steps)) * sizeof(float);
+        l->total += (2 * 64 * (64 + GTAOI_LANES) + (l->every_pixel ? 0 : 64 * (uint64_t)l->max_steps)) * sizeof(float);
 }
 
 GTAO_API size_t gtao_scratch_size(const gtao_desc *desc) {
@@ -1087,7 +1084,7 @@ GTAO_API size_t gtao_scratch_size(const gtao_desc *desc) {
     if (gtaoi_check_desc(desc) != GTAO_OK)
         return 0;
     gtaoi_plan(desc, &l);
-    return l.total;
+    return l.total <= SIZE_MAX ? (size_t)l.total : 0;
 }
 
 /* Where the pixel (phase + dx, dy) of a row segment lies from the pixel (phase, 0). */
@@ -1132,7 +1129,7 @@ static int gtaoi_fill_steps(const gtao_context *c, gtaoi_sample *s, int phase, d
         int qx = gtaoi_round(t * dx), qy = gtaoi_round(t * dy);
         if (n > 0 && s[n - 1].qx == qx && s[n - 1].qy == qy)
             continue;
-        length = sqrt((double)(qx * qx + qy * qy));
+        length = sqrt((double)qx * (double)qx + (double)qy * (double)qy);
         s[n].inv_length = (float)(1.0 / length);
         s[n].ux = (float)((double)qx / length);
         s[n].uy = (float)((double)qy / length);
@@ -1561,8 +1558,9 @@ static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int
 
 /* ---- one table of operations per width, and the self-inclusions ------------------------------------------------- */
 
-/* GV_: float vector, GM_: mask, suffix-free so that the kernels read as formulas. Undefined again after each pass.
- * A width is scalar first; its intrinsics must give the scalar twin's bits, operand order included. */
+/* GV: float vector, GM: mask, their operations GV_ and GM_, suffix-free so that the kernels read as formulas. Undefined
+ * again after each pass. A width is scalar first; its intrinsics must give the scalar twin's bits, operand order
+ * included. */
 
 #define GTAOI_W 1
 #define GTAOI_NAME(x) x##_scalar
@@ -1682,16 +1680,16 @@ GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *outp
 #define GTAOI_FI GTAOI_INLINE GTAOI_ATTRIBUTE
 #define GTAOI_ALL ((1u << GTAOI_W) - 1u)
 
-#define V GTAOI_NAME(gtaoi_v)
-#define M GTAOI_NAME(gtaoi_m)
-#define PIXEL GTAOI_NAME(gtaoi_pixel)
-#define FRAME GTAOI_NAME(gtaoi_frame)
-#define SAMPLE GTAOI_NAME(gtaoi_rising)
-#define HORIZONS GTAOI_NAME(gtaoi_horizons)
+#define GV GTAOI_NAME(gtaoi_v)
+#define GM GTAOI_NAME(gtaoi_m)
+#define GTAOI_PIXEL GTAOI_NAME(gtaoi_pixel)
+#define GTAOI_FRAME GTAOI_NAME(gtaoi_frame)
+#define GTAOI_SAMPLE GTAOI_NAME(gtaoi_rising)
+#define GTAOI_HORIZONS GTAOI_NAME(gtaoi_horizons)
 
 #if GTAOI_W == 1
-typedef float V;
-typedef int M;
+typedef float GV;
+typedef int GM;
 #define GV_SET(x) (x)
 #define GV_LOAD(p) (*(p))
 #define GV_STORE(p, a) (*(p) = (a))
@@ -1716,8 +1714,8 @@ typedef int M;
 #define GV_CLASS(a) gtaoi_from_bits(gtaoi_bits(a) & GTAOI_CLASS_MASK) /* a, its mantissa cut */
 
 #elif GTAOI_W == 4 && GTAOI_X86
-typedef __m128 V;
-typedef __m128 M;
+typedef __m128 GV;
+typedef __m128 GM;
 #define GV_SET(x) _mm_set1_ps(x)
 #define GV_LOAD(p) _mm_loadu_ps(p)
 #define GV_STORE(p, a) _mm_storeu_ps(p, a)
@@ -1742,8 +1740,8 @@ typedef __m128 M;
 #define GV_CLASS(a) _mm_and_ps(a, _mm_castsi128_ps(_mm_set1_epi32((int)GTAOI_CLASS_MASK)))
 
 #elif GTAOI_W == 4
-typedef float32x4_t V;
-typedef uint32x4_t M;
+typedef float32x4_t GV;
+typedef uint32x4_t GM;
 #define GV_SET(x) vdupq_n_f32(x)
 #define GV_LOAD(p) vld1q_f32(p)
 #define GV_STORE(p, a) vst1q_f32(p, a)
@@ -1772,8 +1770,8 @@ GTAOI_INLINE unsigned gtaoi_neon_bits(uint32x4_t m) {
 }
 
 #elif GTAOI_W == 8
-typedef __m256 V;
-typedef __m256 M;
+typedef __m256 GV;
+typedef __m256 GM;
 #define GV_SET(x) _mm256_set1_ps(x)
 #define GV_LOAD(p) _mm256_loadu_ps(p)
 #define GV_STORE(p, a) _mm256_storeu_ps(p, a)
@@ -1798,8 +1796,8 @@ typedef __m256 M;
 #define GV_CLASS(a) _mm256_and_ps(a, _mm256_castsi256_ps(_mm256_set1_epi32((int)GTAOI_CLASS_MASK)))
 
 #elif GTAOI_W == 16
-typedef __m512 V;
-typedef __mmask16 M;
+typedef __m512 GV;
+typedef __mmask16 GM;
 #define GV_SET(x) _mm512_set1_ps(x)
 #define GV_LOAD(p) _mm512_loadu_ps(p)
 #define GV_STORE(p, a) _mm512_storeu_ps(p, a)
@@ -1827,23 +1825,23 @@ typedef __mmask16 M;
 /* Four floats from each of the rows p, p + stride, ... into the lanes of four vectors, and back: between pixels in
  * image order and the lanes of four phases or components. */
 #if GTAOI_W == 1
-GTAOI_FI void GTAOI_NAME(gtaoi_load4)(const float *p, ptrdiff_t stride, V out[4]) {
+GTAOI_FI void GTAOI_NAME(gtaoi_load4)(const float *p, ptrdiff_t stride, GV out[4]) {
     (void)stride;
     out[0] = p[0], out[1] = p[1], out[2] = p[2], out[3] = p[3];
 }
-GTAOI_FI void GTAOI_NAME(gtaoi_store4)(float *p, ptrdiff_t stride, const V in[4]) {
+GTAOI_FI void GTAOI_NAME(gtaoi_store4)(float *p, ptrdiff_t stride, const GV in[4]) {
     (void)stride;
     p[0] = in[0], p[1] = in[1], p[2] = in[2], p[3] = in[3];
 }
 #else
 #if GTAOI_W == 4 && GTAOI_X86
-GTAOI_FI void GTAOI_NAME(gtaoi_transpose4)(V r[4]) {
+GTAOI_FI void GTAOI_NAME(gtaoi_transpose4)(GV r[4]) {
     _MM_TRANSPOSE4_PS(r[0], r[1], r[2], r[3]);
 }
 #define GTAOI_ROWS(p, stride) _mm_loadu_ps(p)
 #define GTAOI_PUT_ROWS(p, stride, r) _mm_storeu_ps(p, r)
 #elif GTAOI_W == 4
-GTAOI_FI void GTAOI_NAME(gtaoi_transpose4)(V r[4]) {
+GTAOI_FI void GTAOI_NAME(gtaoi_transpose4)(GV r[4]) {
     float32x4_t ab0 = vtrn1q_f32(r[0], r[1]), ab1 = vtrn2q_f32(r[0], r[1]);
     float32x4_t cd0 = vtrn1q_f32(r[2], r[3]), cd1 = vtrn2q_f32(r[2], r[3]);
     r[0] = vcombine_f32(vget_low_f32(ab0), vget_low_f32(cd0)),
@@ -1854,9 +1852,9 @@ GTAOI_FI void GTAOI_NAME(gtaoi_transpose4)(V r[4]) {
 #define GTAOI_ROWS(p, stride) vld1q_f32(p)
 #define GTAOI_PUT_ROWS(p, stride, r) vst1q_f32(p, r)
 #elif GTAOI_W == 8
-GTAOI_FI void GTAOI_NAME(gtaoi_transpose4)(V r[4]) { /* in each half */
-    V ab0 = _mm256_unpacklo_ps(r[0], r[1]), ab1 = _mm256_unpackhi_ps(r[0], r[1]);
-    V cd0 = _mm256_unpacklo_ps(r[2], r[3]), cd1 = _mm256_unpackhi_ps(r[2], r[3]);
+GTAOI_FI void GTAOI_NAME(gtaoi_transpose4)(GV r[4]) { /* in each half */
+    GV ab0 = _mm256_unpacklo_ps(r[0], r[1]), ab1 = _mm256_unpackhi_ps(r[0], r[1]);
+    GV cd0 = _mm256_unpacklo_ps(r[2], r[3]), cd1 = _mm256_unpackhi_ps(r[2], r[3]);
     r[0] = _mm256_shuffle_ps(ab0, cd0, 0x44), r[1] = _mm256_shuffle_ps(ab0, cd0, 0xee);
     r[2] = _mm256_shuffle_ps(ab1, cd1, 0x44), r[3] = _mm256_shuffle_ps(ab1, cd1, 0xee);
 }
@@ -1865,9 +1863,9 @@ GTAOI_FI void GTAOI_NAME(gtaoi_transpose4)(V r[4]) { /* in each half */
 #define GTAOI_PUT_ROWS(p, stride, r)                                                                                   \
     (_mm_storeu_ps(p, _mm256_castps256_ps128(r)), _mm_storeu_ps((p) + 4 * (stride), _mm256_extractf128_ps(r, 1)))
 #elif GTAOI_W == 16
-GTAOI_FI void GTAOI_NAME(gtaoi_transpose4)(V r[4]) { /* in each quarter */
-    V ab0 = _mm512_unpacklo_ps(r[0], r[1]), ab1 = _mm512_unpackhi_ps(r[0], r[1]);
-    V cd0 = _mm512_unpacklo_ps(r[2], r[3]), cd1 = _mm512_unpackhi_ps(r[2], r[3]);
+GTAOI_FI void GTAOI_NAME(gtaoi_transpose4)(GV r[4]) { /* in each quarter */
+    GV ab0 = _mm512_unpacklo_ps(r[0], r[1]), ab1 = _mm512_unpackhi_ps(r[0], r[1]);
+    GV cd0 = _mm512_unpacklo_ps(r[2], r[3]), cd1 = _mm512_unpackhi_ps(r[2], r[3]);
     r[0] = _mm512_shuffle_ps(ab0, cd0, 0x44), r[1] = _mm512_shuffle_ps(ab0, cd0, 0xee);
     r[2] = _mm512_shuffle_ps(ab1, cd1, 0x44), r[3] = _mm512_shuffle_ps(ab1, cd1, 0xee);
 }
@@ -1881,14 +1879,14 @@ GTAOI_FI void GTAOI_NAME(gtaoi_transpose4)(V r[4]) { /* in each quarter */
      _mm_storeu_ps((p) + 8 * (stride), _mm512_extractf32x4_ps(r, 2)),                                                  \
      _mm_storeu_ps((p) + 12 * (stride), _mm512_extractf32x4_ps(r, 3)))
 #endif
-GTAOI_FI void GTAOI_NAME(gtaoi_load4)(const float *p, ptrdiff_t stride, V out[4]) {
+GTAOI_FI void GTAOI_NAME(gtaoi_load4)(const float *p, ptrdiff_t stride, GV out[4]) {
     int i;
     for (i = 0; i < 4; i++, p += stride)
         out[i] = GTAOI_ROWS(p, stride);
     GTAOI_NAME(gtaoi_transpose4)(out);
 }
-GTAOI_FI void GTAOI_NAME(gtaoi_store4)(float *p, ptrdiff_t stride, const V in[4]) {
-    V r[4];
+GTAOI_FI void GTAOI_NAME(gtaoi_store4)(float *p, ptrdiff_t stride, const GV in[4]) {
+    GV r[4];
     int i;
     for (i = 0; i < 4; i++)
         r[i] = in[i];
@@ -1902,17 +1900,17 @@ GTAOI_FI void GTAOI_NAME(gtaoi_store4)(float *p, ptrdiff_t stride, const V in[4]
 
 /* Lane indices. */
 
-GTAOI_FI V GTAOI_NAME(gtaoi_iota)(void) {
+GTAOI_FI GV GTAOI_NAME(gtaoi_iota)(void) {
     static const float lanes[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     return GV_LOAD(lanes);
 }
 
 /* Nearest whole number, ties to even, |a| < 2^22; the largest whole number not above. */
-GTAOI_FI V GTAOI_NAME(gtaoi_nearest)(V a) {
+GTAOI_FI GV GTAOI_NAME(gtaoi_nearest)(GV a) {
     return GV_SUB(GV_ADD(a, GV_SET(12582912.0f)), GV_SET(12582912.0f));
 }
-GTAOI_FI V GTAOI_NAME(gtaoi_floor)(V a) {
-    V r = GTAOI_NAME(gtaoi_nearest)(a);
+GTAOI_FI GV GTAOI_NAME(gtaoi_floor)(GV a) {
+    GV r = GTAOI_NAME(gtaoi_nearest)(a);
     return GV_SUB(r, GV_IF(GV_LT(a, r), GV_SET(1.0f)));
 }
 
@@ -1921,7 +1919,7 @@ GTAOI_FI V GTAOI_NAME(gtaoi_floor)(V a) {
 GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
     GTAOI_NO_CONTRACT
     const gtao_desc *d = &c->d;
-    const V sky = GV_SET(GTAOI_SKY), zero = GV_SET(0.0f);
+    const GV sky = GV_SET(GTAOI_SKY), zero = GV_SET(0.0f);
     int x, y, i, p, h = d->height, w = d->width;
     for (y = y0; y < y1; y++) {
         const float *depth = (const float *)(const void *)((const char *)d->depth + (ptrdiff_t)y * d->depth_stride);
@@ -1938,8 +1936,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
                 from = in;
             }
             for (i = 0; i < GTAOI_CHUNK; i += GTAOI_W) {
-                V z = GV_LOAD(from + i), height;
-                M visible;
+                GV z = GV_LOAD(from + i), height;
+                GM visible;
                 if (d->depth_kind == GTAO_DEPTH_DEVICE) { /* any bounded d; w_far is the far plane */
                     height = GV_ADD(GV_MUL(z, GV_SET(c->w_scale)), GV_SET(c->w_bias));
                     visible = GM_AND(GV_LT(GV_SET(c->w_far), height), GV_LT(height, GV_SET(FLT_MAX)));
@@ -1949,10 +1947,10 @@ GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
                     if (d->depth_kind != GTAO_DEPTH_HEIGHT)
                         visible = GM_AND(GM_AND(visible, GV_LT(zero, z)), GV_LT(z, GV_SET(c->z_sky)));
                 } else {
-                    V numerator = GV_SET(c->w_numerator);
+                    GV numerator = GV_SET(c->w_numerator);
                     visible = GM_AND(GV_LT(zero, z), GV_LT(z, GV_SET(c->z_sky)));
                     if (d->depth_kind == GTAO_DEPTH_DISTANCE) { /* z = distance / |r| */
-                        V rx = GV_ADD(GV_SET((float)(x + i)), GTAOI_NAME(gtaoi_iota)());
+                        GV rx = GV_ADD(GV_SET((float)(x + i)), GTAOI_NAME(gtaoi_iota)());
                         rx = GV_MUL(GV_SUB(GV_ADD(rx, GV_SET(0.5f)), GV_SET(c->cx)), GV_SET(c->bx1));
                         numerator = GV_MUL(numerator, GV_SQRT(GV_ADD(GV_MUL(rx, rx), GV_SET(ry2))));
                     }
@@ -1972,7 +1970,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
                 float *to = row + GTAOI_PAD + x / 4;
                 for (i = 0; i < GTAOI_CHUNK / 4;
                      i += GTAOI_W) { /* what lies past the row's end is padding, filled below */
-                    V phases[4];
+                    GV phases[4];
                     GTAOI_NAME(gtaoi_load4)(out + 4 * i, 4, phases);
                     for (p = 0; p < 4; p++)
                         GV_STORE(to + (ptrdiff_t)p * c->segment + i, phases[p]);
@@ -1999,58 +1997,60 @@ GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
 /* ---- one group of pixels ---------------------------------------------------------------------------------------- */
 
 /* r0 is the ray through the pixel, v = -r0 / |r0| the view vector; orthographic: r0 = (0, 0, 1), w0 = 1 in formulas. */
-typedef struct PIXEL {
-    V w0;           /* height in the buffer */
-    V rx, ry;       /* r0 = (rx, ry, 1) */
-    V len, inv_len; /* |r0| */
-    V inv_w0;
-    V nx, ny, nz;        /* unit normal, n.v > 0 */
-    V nv, inv_nv;        /* n.v */
-    V gx, gy;            /* gradient of w on the tangent plane, per pixel */
-    V x, y;              /* pixel coordinates */
-    V extent;            /* of the radius, on the plane z = 1 (orthographic: in pixels) */
-    V key;               /* its class: the extent with its mantissa cut */
-    V direction, offset; /* per-pixel noise */
-} PIXEL;
+typedef struct GTAOI_PIXEL {
+    GV w0;           /* height in the buffer */
+    GV rx, ry;       /* r0 = (rx, ry, 1) */
+    GV len, inv_len; /* |r0| */
+    GV inv_w0;
+    GV nx, ny, nz;        /* unit normal, n.v > 0 */
+    GV nv, inv_nv;        /* n.v */
+    GV gx, gy;            /* gradient of w on the tangent plane, per pixel */
+    GV x, y;              /* pixel coordinates */
+    GV extent;            /* of the radius, on the plane z = 1 (orthographic: in pixels) */
+    GV key;               /* its class: the extent with its mantissa cut */
+    GV direction, offset; /* per-pixel noise */
+} GTAOI_PIXEL;
 
 /* A slice as its pixels see it. The direction is the same for all lanes or not. */
-typedef struct FRAME {
-    V dx, dy;        /* unit screen direction */
-    V bx, by;        /* the same in units of r */
-    V bb;            /* |b|^2 */
-    V along;         /* b.r0 / |r0| */
-    V inv_perp;      /* 1 / |b_perp| */
-    V no;            /* n.o, o = b_perp / |b_perp| */
-    V kappa_scale;   /* |r0| / (w0 |b_perp|): height per pixel to cot h */
-    V kappa_tangent; /* cot of the tangent plane's horizon on the + side: -tan n; the - side's is its negative */
-    V reach;         /* radius / |b_perp|: t^2 (1 + cot^2 h) <= (reach w)^2 lies within the radius */
-    V cos_tangent;   /* cosine of the tangent plane's horizon on the + side: -sin n; the - side's is its negative */
-    V floor;         /* rises below are rounding, GTAOI_RISE_MIN of cot h */
-    V n, open;       /* angle n, and the integral over the open slice: |np| (cos n + n sin n), uniform: 2 */
-} FRAME;
+typedef struct GTAOI_FRAME {
+    GV dx, dy;        /* unit screen direction */
+    GV bx, by;        /* the same in units of r */
+    GV bb;            /* |b|^2 */
+    GV along;         /* b.r0 / |r0| */
+    GV inv_perp;      /* 1 / |b_perp| */
+    GV no;            /* n.o, o = b_perp / |b_perp| */
+    GV kappa_scale;   /* |r0| / (w0 |b_perp|): height per pixel to cot h */
+    GV kappa_tangent; /* cot of the tangent plane's horizon on the + side: -tan n; the - side's is its negative */
+    GV reach;         /* radius / |b_perp|: t^2 (1 + cot^2 h) <= (reach w)^2 lies within the radius */
+    GV cos_tangent;   /* cosine of the tangent plane's horizon on the + side: -sin n; the - side's is its negative */
+    GV floor;         /* rises below are rounding, GTAOI_RISE_MIN of cot h */
+    GV n, open;       /* angle n, and the integral over the open slice: |np| (cos n + n sin n), uniform: 2 */
+} GTAOI_FRAME;
 
 /* What the search of a slice finds, on its + and - side. */
-typedef struct HORIZONS {
-    V rise[2];   /* largest slope above the tangent plane of full-weight samples, height per pixel */
-    V cosine[2]; /* largest attenuated cosine of samples in the falloff ring */
-} HORIZONS;
+typedef struct GTAOI_HORIZONS {
+    GV rise[2];   /* largest slope above the tangent plane of full-weight samples, height per pixel */
+    GV cosine[2]; /* largest attenuated cosine of samples in the falloff ring */
+} GTAOI_HORIZONS;
 
 /* A sample relative to the receiver. */
-typedef struct SAMPLE {
-    V kappa; /* cot h */
-    V rho;   /* 1 + kappa^2 */
-    V reach; /* (distance / radius)^2 = rho / reach^2 */
-} SAMPLE;
+typedef struct GTAOI_SAMPLE {
+    GV kappa; /* cot h */
+    GV rho;   /* 1 + kappa^2 */
+    GV reach; /* (distance / radius)^2 = rho / reach^2 */
+} GTAOI_SAMPLE;
 
-/* One sample of height w at distance 1 / inv, `rise` above the tangent plane. Returns the pixels for
+/* One sample of height w at distance 1 / inv, `rise` above the tangent plane, which tells how far it is; it occludes up
+ * to `least`, which is the same but on hollow surfaces. Returns the pixels for
  * which it lies in the falloff ring and above what has been found. */
-GTAOI_FI M GTAOI_NAME(gtaoi_rise)(const gtao_context *c, const FRAME *f, HORIZONS *s, int side, V w, V inv, V rise,
-                                  SAMPLE *sample, int orthographic, int bounded, int ring) {
+GTAOI_FI GM GTAOI_NAME(gtaoi_rise)(const gtao_context *c, const GTAOI_FRAME *f, GTAOI_HORIZONS *s, int side, GV w,
+                                   GV inv, GV rise, GV least, GTAOI_SAMPLE *sample, int orthographic, int bounded,
+                                   int ring, int taps) {
     GTAOI_NO_CONTRACT
-    V slope = GV_MUL(w, inv), tangent, reach2;
-    M inside = GV_LT(inv, inv);
+    GV slope = GV_MUL(w, inv), tangent, reach2;
+    GM inside = GV_LT(inv, inv);
     if (!bounded) {
-        s->rise[side] = GV_MAX(s->rise[side], rise);
+        s->rise[side] = GV_MAX(s->rise[side], least);
         sample->kappa = sample->rho = sample->reach = rise; /* not looked at */
         return inside;                                      /* none */
     }
@@ -2061,29 +2061,33 @@ GTAOI_FI M GTAOI_NAME(gtaoi_rise)(const gtao_context *c, const FRAME *f, HORIZON
     sample->reach = GV_MUL(orthographic ? inv : slope, f->reach);
     reach2 = GV_MUL(sample->reach, sample->reach);
     inside = GV_LE(sample->rho, ring ? GV_MUL(reach2, GV_SET(c->inner2)) : reach2);
-    s->rise[side] = GV_MAX(s->rise[side], GV_IF(inside, rise));
-    return ring ? GM_AND(GV_LT(sample->rho, reach2), GV_LT(s->rise[side], rise)) : inside;
+    s->rise[side] = GV_MAX(s->rise[side], GV_IF(inside, least));
+    if (!ring)
+        return inside;
+    if (!taps)
+        return GM_AND(GV_LT(sample->rho, reach2), GV_LT(s->rise[side], rise)); /* not inside: those do not rise above */
+    return GM_ANDNOT(GM_AND(GV_LT(sample->rho, reach2), GV_LT(s->rise[side], least)), inside);
 }
 
 /* The attenuated cosine of a sample in the ring: distance / radius = rho / (sqrt(rho) reach), cos h = kappa /
  * sqrt(rho). */
-GTAOI_FI void GTAOI_NAME(gtaoi_fade)(const gtao_context *c, const FRAME *f, HORIZONS *s, int side, const SAMPLE *sample,
-                                     M fading) {
+GTAOI_FI void GTAOI_NAME(gtaoi_fade)(const gtao_context *c, const GTAOI_FRAME *f, GTAOI_HORIZONS *s, int side,
+                                     const GTAOI_SAMPLE *sample, GM fading) {
     GTAOI_NO_CONTRACT
-    V both = GV_DIV(GV_SET(1.0f), GV_MUL(GV_SQRT(sample->rho), sample->reach));
-    V weight = GV_MUL(GV_SUB(GV_SET(1.0f), GV_MUL(sample->rho, both)), GV_SET(c->inv_falloff));
-    V cosine = GV_MUL(sample->kappa, GV_MUL(sample->reach, both));
-    V start = side ? GV_SUB(GV_SET(0.0f), f->cos_tangent) : f->cos_tangent;
-    V faded = GV_ADD(start, GV_MUL(weight, GV_SUB(cosine, start)));
+    GV both = GV_DIV(GV_SET(1.0f), GV_MUL(GV_SQRT(sample->rho), sample->reach));
+    GV weight = GV_MUL(GV_SUB(GV_SET(1.0f), GV_MUL(sample->rho, both)), GV_SET(c->inv_falloff));
+    GV cosine = GV_MUL(sample->kappa, GV_MUL(sample->reach, both));
+    GV start = side ? GV_SUB(GV_SET(0.0f), f->cos_tangent) : f->cos_tangent;
+    GV faded = GV_ADD(start, GV_MUL(weight, GV_SUB(cosine, start)));
     s->cosine[side] = GV_MAX(s->cosine[side], GV_SELECT(fading, faded, s->cosine[side]));
 }
 
 /* Height of a sample between two pixels: linear within one surface; across an edge the nearer pixel, moved onto the
  * slice's line along the receiver's tangent plane (g_across: its gradient from a to b). */
-GTAOI_FI V GTAOI_NAME(gtaoi_between)(const gtao_context *c, V a, V b, V fraction, V g_across, int orthographic) {
+GTAOI_FI GV GTAOI_NAME(gtaoi_between)(const gtao_context *c, GV a, GV b, GV fraction, GV g_across, int orthographic) {
     GTAOI_NO_CONTRACT
-    V step = GV_SUB(b, a), limit = GV_SET(c->same_surface), nearest;
-    M near_a = GV_LT(fraction, GV_SET(0.5f));
+    GV step = GV_SUB(b, a), limit = GV_SET(c->same_surface), nearest;
+    GM near_a = GV_LT(fraction, GV_SET(0.5f));
     nearest = GV_ADD(GV_SELECT(near_a, a, b),
                      GV_MUL(GV_SUB(fraction, GV_SELECT(near_a, GV_SET(0.0f), GV_SET(1.0f))), g_across));
     if (!orthographic)
@@ -2092,20 +2096,20 @@ GTAOI_FI V GTAOI_NAME(gtaoi_between)(const gtao_context *c, V a, V b, V fraction
 }
 
 /* A sample of the table on one side: rise above the tangent plane, height per pixel, and the height itself. */
-GTAOI_FI V GTAOI_NAME(gtaoi_take)(const gtao_context *c, const PIXEL *p, int side, const float *at,
-                                  const gtaoi_sample *q, const gtaoi_taps *near_taps, V inv, V base, V tangent,
-                                  V across, V *w, int orthographic, int taps) {
+GTAOI_FI GV GTAOI_NAME(gtaoi_take)(const gtao_context *c, const GTAOI_PIXEL *p, int side, const float *at,
+                                   const gtaoi_sample *q, const gtaoi_taps *near_taps, GV inv, GV base, GV tangent,
+                                   GV across, GV *w, GV *least, int orthographic, int taps) {
     GTAOI_NO_CONTRACT
-    V a = GV_LOAD(at + q->offset[side]), b, rise, rise_a, rise_b;
+    GV a = GV_LOAD(at + q->offset[side]), b, rise, rise_a, rise_b;
     base = side ? GV_SUB(base, tangent) : GV_ADD(base, tangent);
     *w = a;
     if (!taps)
-        return GV_SUB(GV_MUL(a, inv), base);
+        return *least = GV_SUB(GV_MUL(a, inv), base);
     b = GV_LOAD(at + q->offset[side + 2]);
     if (side)
         across = GV_SUB(GV_SET(0.0f), across);
     *w = GTAOI_NAME(gtaoi_between)(c, a, b, GV_SET(q->ux), across, orthographic);
-    rise = GV_SUB(GV_MUL(*w, inv), base);
+    rise = *least = GV_SUB(GV_MUL(*w, inv), base);
     if (!near_taps)
         return rise;
     /* A straight line between the taps lies above a hollow surface: no higher than either tap in its own direction. */
@@ -2117,45 +2121,46 @@ GTAOI_FI V GTAOI_NAME(gtaoi_take)(const gtao_context *c, const PIXEL *p, int sid
     if (side)
         tangent = GV_SUB(GV_SET(0.0f), tangent);
     rise_b = GV_SUB(GV_MUL(GV_SUB(b, p->w0), GV_SET(near_taps->inv_length[1])), tangent);
-    return GV_MIN(rise, GV_MAX(rise_a, rise_b));
+    *least = GV_MIN(rise, GV_MAX(rise_a, rise_b));
+    return rise;
 }
 
 /* The horizon search: samples [0, n0) on the + side, [0, n1) on the - side. `at` is the group's first pixel.
  * `near_taps` are those of the first n_near samples. */
-GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *horizons,
-                                      const float *at, const gtaoi_sample *q, int n0, int n1,
+GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                      GTAOI_HORIZONS *horizons, const float *at, const gtaoi_sample *q, int n0, int n1,
                                       const gtaoi_taps *near_taps, int n_near, int orthographic, int bounded, int ring,
                                       int taps) {
     GTAOI_NO_CONTRACT
-    HORIZONS s = *horizons;
-    SAMPLE a, b;
+    GTAOI_HORIZONS s = *horizons;
+    GTAOI_SAMPLE a, b;
     int j, both = gtaoi_imin(n0, n1), rest = gtaoi_imax(n0, n1), side = n1 > n0;
-    V tangent = GV_ADD(GV_MUL(p->gx, f->dx), GV_MUL(p->gy, f->dy)), across = tangent, w, rise;
+    GV tangent = GV_ADD(GV_MUL(p->gx, f->dx), GV_MUL(p->gy, f->dy)), across = tangent, w, rise, least;
     if (taps)
         across = GV_SELECT(GV_LE(GV_ABS(f->dy), GV_ABS(f->dx)), p->gy, p->gx);
     for (j = 0; j < both; j++, q++) {
-        V inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
+        GV inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
         const gtaoi_taps *t = taps && j < n_near ? near_taps + j : 0;
-        M fade_a, fade_b;
+        GM fade_a, fade_b;
         if (!taps)
             tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
-        rise = GTAOI_NAME(gtaoi_take)(c, p, 0, at, q, t, inv, base, tangent, across, &w, orthographic, taps);
-        fade_a = GTAOI_NAME(gtaoi_rise)(c, f, &s, 0, w, inv, rise, &a, orthographic, bounded, ring);
-        rise = GTAOI_NAME(gtaoi_take)(c, p, 1, at, q, t, inv, base, tangent, across, &w, orthographic, taps);
-        fade_b = GTAOI_NAME(gtaoi_rise)(c, f, &s, 1, w, inv, rise, &b, orthographic, bounded, ring);
+        rise = GTAOI_NAME(gtaoi_take)(c, p, 0, at, q, t, inv, base, tangent, across, &w, &least, orthographic, taps);
+        fade_a = GTAOI_NAME(gtaoi_rise)(c, f, &s, 0, w, inv, rise, least, &a, orthographic, bounded, ring, taps);
+        rise = GTAOI_NAME(gtaoi_take)(c, p, 1, at, q, t, inv, base, tangent, across, &w, &least, orthographic, taps);
+        fade_b = GTAOI_NAME(gtaoi_rise)(c, f, &s, 1, w, inv, rise, least, &b, orthographic, bounded, ring, taps);
         if (ring && GM_ANY(GM_OR(fade_a, fade_b))) {
             GTAOI_NAME(gtaoi_fade)(c, f, &s, 0, &a, fade_a);
             GTAOI_NAME(gtaoi_fade)(c, f, &s, 1, &b, fade_b);
         }
     }
     for (; j < rest; j++, q++) { /* one side has left the image */
-        V inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
+        GV inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
         const gtaoi_taps *t = taps && j < n_near ? near_taps + j : 0;
-        M fading;
+        GM fading;
         if (!taps)
             tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
-        rise = GTAOI_NAME(gtaoi_take)(c, p, side, at, q, t, inv, base, tangent, across, &w, orthographic, taps);
-        fading = GTAOI_NAME(gtaoi_rise)(c, f, &s, side, w, inv, rise, &a, orthographic, bounded, ring);
+        rise = GTAOI_NAME(gtaoi_take)(c, p, side, at, q, t, inv, base, tangent, across, &w, &least, orthographic, taps);
+        fading = GTAOI_NAME(gtaoi_rise)(c, f, &s, side, w, inv, rise, least, &a, orthographic, bounded, ring, taps);
         if (ring && GM_ANY(fading))
             GTAOI_NAME(gtaoi_fade)(c, f, &s, side, &a, fading);
     }
@@ -2164,17 +2169,18 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const PIXEL *p, con
 
 /* A sample on the paths that take every cosine: [J16] thickness heuristic, and the memo's search, where kappa and reach
  * belong to the sample's own direction instead of the slice's. */
-GTAOI_FI void GTAOI_NAME(gtaoi_cosine)(const gtao_context *c, const FRAME *f, HORIZONS *s, int side, V kappa, V reach) {
+GTAOI_FI void GTAOI_NAME(gtaoi_cosine)(const gtao_context *c, const GTAOI_FRAME *f, GTAOI_HORIZONS *s, int side,
+                                       GV kappa, GV reach) {
     GTAOI_NO_CONTRACT
-    const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
-    V rho, cosine, weight = one, faded;
-    V start = side ? GV_SUB(zero, f->cos_tangent) : f->cos_tangent;
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    GV rho, cosine, weight = one, faded;
+    GV start = side ? GV_SUB(zero, f->cos_tangent) : f->cos_tangent;
     kappa = GV_MIN(GV_MAX(kappa, GV_SET(-GTAOI_KAPPA_LIMIT)), GV_SET(GTAOI_KAPPA_LIMIT));
     rho = GV_ADD(GV_MUL(kappa, kappa), one);
     cosine = GV_DIV(kappa, GV_SQRT(rho));
     if (c->bounded) {
-        V reach2 = GV_MUL(reach, reach);
-        M inside = GV_LE(rho, GV_MUL(reach2, GV_SET(c->inner2)));
+        GV reach2 = GV_MUL(reach, reach);
+        GM inside = GV_LE(rho, GV_MUL(reach2, GV_SET(c->inner2)));
         weight = GV_MUL(GV_SUB(one, GV_DIV(GV_SQRT(rho), GV_ABS(reach))), GV_SET(c->inv_falloff));
         weight = GV_SELECT(inside, one, GV_IF(GV_LT(rho, reach2), GV_MIN(GV_MAX(weight, zero), one)));
     }
@@ -2184,39 +2190,40 @@ GTAOI_FI void GTAOI_NAME(gtaoi_cosine)(const gtao_context *c, const FRAME *f, HO
                   GV_ADD(s->cosine[side], GV_MUL(GV_SET(c->d.thin_blend), GV_SUB(faded, s->cosine[side]))));
 }
 
-GTAOI_FI void GTAOI_NAME(gtaoi_visit_cosine)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
-                                             int side, V w, V inv, V ux, V uy) {
+GTAOI_FI void GTAOI_NAME(gtaoi_visit_cosine)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                             GTAOI_HORIZONS *s, int side, GV w, GV inv, GV ux, GV uy) {
     GTAOI_NO_CONTRACT
-    const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
-    V slope = c->orthographic ? inv : GV_MUL(w, inv), kappa, reach;
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    GV slope = c->orthographic ? inv : GV_MUL(w, inv), kappa, reach;
     if (c->d.estimator == GTAO_ESTIMATOR_MEMO) {
         /* D = w0 b - s r0 with b of the sample; cot h = D.v / |D_perp|, as if it lay in the slice. */
-        V w0 = c->orthographic ? one : p->w0;
-        V bx = GV_MUL(ux, GV_SET(c->bx1)), by = GV_MUL(uy, GV_SET(c->by1));
-        V br = GV_MUL(GV_ADD(GV_MUL(bx, p->rx), GV_MUL(by, p->ry)), p->inv_len);
-        V perp2 = GV_SUB(GV_ADD(GV_MUL(bx, bx), GV_MUL(by, by)), GV_MUL(br, br));
-        V dv = GV_SUB(GV_MUL(GV_MUL(GV_SUB(w, p->w0), inv), p->len), GV_MUL(w0, br));
-        V perp = GV_SQRT(perp2);
+        GV w0 = c->orthographic ? one : p->w0;
+        GV bx = GV_MUL(ux, GV_SET(c->bx1)), by = GV_MUL(uy, GV_SET(c->by1));
+        GV br = GV_MUL(GV_ADD(GV_MUL(bx, p->rx), GV_MUL(by, p->ry)), p->inv_len);
+        GV perp2 = GV_SUB(GV_ADD(GV_MUL(bx, bx), GV_MUL(by, by)), GV_MUL(br, br));
+        GV dv = GV_SUB(GV_MUL(GV_MUL(GV_SUB(w, p->w0), inv), p->len), GV_MUL(w0, br));
+        GV perp = GV_SQRT(perp2);
         kappa = GV_DIV(dv, GV_MUL(w0, perp));
         reach = GV_DIV(GV_MUL(GV_SET(c->reach), slope), perp);
     } else {
-        V tangent = GV_ADD(GV_MUL(p->gx, ux), GV_MUL(p->gy, uy));
-        V rise = GV_SUB(GV_MUL(w, inv), GV_ADD(GV_MUL(p->w0, inv), tangent));
+        GV tangent = GV_ADD(GV_MUL(p->gx, ux), GV_MUL(p->gy, uy));
+        GV rise = GV_SUB(GV_MUL(w, inv), GV_ADD(GV_MUL(p->w0, inv), tangent));
         kappa = GV_ADD(GV_MUL(rise, f->kappa_scale), side ? GV_SUB(zero, f->kappa_tangent) : f->kappa_tangent);
         reach = GV_MUL(slope, f->reach);
     }
     GTAOI_NAME(gtaoi_cosine)(c, f, s, side, kappa, reach);
 }
 
-GTAOI_FN void GTAOI_NAME(gtaoi_march_cosines)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
-                                              const float *at, const gtaoi_sample *q, int n0, int n1) {
+GTAOI_FN void GTAOI_NAME(gtaoi_march_cosines)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                              GTAOI_HORIZONS *s, const float *at, const gtaoi_sample *q, int n0,
+                                              int n1) {
     int side, j;
     for (side = 0; side < 2; side++)
         for (j = 0; j < (side ? n1 : n0); j++) {
-            V w = GV_LOAD(at + q[j].offset[side]), inv = GV_SET(q[j].inv_length), ux = GV_SET(q[j].ux),
-              uy = GV_SET(q[j].uy);
+            GV w = GV_LOAD(at + q[j].offset[side]), inv = GV_SET(q[j].inv_length), ux = GV_SET(q[j].ux),
+               uy = GV_SET(q[j].uy);
             if (c->every_pixel) {
-                V across = GV_SELECT(GV_LE(GV_ABS(f->dy), GV_ABS(f->dx)), p->gy, p->gx);
+                GV across = GV_SELECT(GV_LE(GV_ABS(f->dy), GV_ABS(f->dx)), p->gy, p->gx);
                 if (side)
                     across = GV_SUB(GV_SET(0.0f), across);
                 w = GTAOI_NAME(gtaoi_between)(c, w, GV_LOAD(at + q[j].offset[side + 2]), ux, across, c->orthographic);
@@ -2229,8 +2236,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_march_cosines)(const gtao_context *c, const PIXEL
 }
 
 /* The variant of the search for this call; in the two that matter most, all conditions are constants in the loop. */
-GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
-                                       const float *at, const gtaoi_sample *q, int n0, int n1,
+GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                       GTAOI_HORIZONS *s, const float *at, const gtaoi_sample *q, int n0, int n1,
                                        const gtaoi_taps *near_taps, int n_near) {
     int ring = c->inv_falloff > 0.0f;
 #define GTAOI_MARCH(o, b, r, t) GTAOI_NAME(gtaoi_march)(c, p, f, s, at, q, n0, n1, near_taps, n_near, o, b, r, t)
@@ -2248,9 +2255,9 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const PIXEL *p, co
 }
 
 /* One list of samples: the part of it, from `begin`, that is over the image. */
-GTAOI_FN void GTAOI_NAME(gtaoi_search_list)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
-                                            const float *at, int index, const gtaoi_sample *q, int begin, int n, int x,
-                                            int y) {
+GTAOI_FN void GTAOI_NAME(gtaoi_search_list)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                            GTAOI_HORIZONS *s, const float *at, int index, const gtaoi_sample *q,
+                                            int begin, int n, int x, int y) {
     const gtaoi_taps *near_taps = c->taps + index * GTAOI_NEAR;
     int n0 = n, n1 = n, x1 = x + (GTAOI_W - 1) * c->period;
     if (!gtaoi_interior(c, q + n - 1, x, x1, y))
@@ -2281,8 +2288,9 @@ GTAOI_FI int GTAOI_NAME(gtaoi_first)(unsigned bits) {
 }
 
 /* Search one slice of a group whose lanes share directions: lanes by radius class. */
-GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
-                                             const float *at, int index, M active, int x, int y, gtao_stats *stats) {
+GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                             GTAOI_HORIZONS *s, const float *at, int index, GM active, int x, int y,
+                                             gtao_stats *stats) {
     const int *count = c->count + (size_t)index * (size_t)c->classes;
     int begin = 0, i, n, whole = 1;
     float keys[GTAOI_W];
@@ -2290,8 +2298,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const PIXEL 
     for (; GM_ANY(active); whole = 0) {
         unsigned bits = GM_BITS(active);
         int first = GTAOI_NAME(gtaoi_first)(bits), k = gtaoi_class(c, keys[first]);
-        HORIZONS found;
-        M lanes = GM_AND(active, GV_EQ(p->key, GV_SET(keys[first]))), chosen = lanes;
+        GTAOI_HORIZONS found;
+        GM lanes = GM_AND(active, GV_EQ(p->key, GV_SET(keys[first]))), chosen = lanes;
         const gtaoi_sample *q;
         n = count[k];
         if (c->every_pixel) {
@@ -2325,10 +2333,10 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const PIXEL 
 }
 
 /* Heights at whole-pixel coordinates, borders applied. */
-GTAOI_FI V GTAOI_NAME(gtaoi_fetch)(const gtao_context *c, V x, V y) {
+GTAOI_FI GV GTAOI_NAME(gtaoi_fetch)(const gtao_context *c, GV x, GV y) {
     GTAOI_NO_CONTRACT
     float xs[GTAOI_W], ys[GTAOI_W], out[GTAOI_W];
-    V w = GV_SET((float)c->d.width), h = GV_SET((float)c->d.height), zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    GV w = GV_SET((float)c->d.width), h = GV_SET((float)c->d.height), zero = GV_SET(0.0f), one = GV_SET(1.0f);
     int i;
     if (c->d.border == GTAO_BORDER_OPEN) {
         x = GV_MIN(GV_MAX(x, GV_SET(-1.0f)), w);
@@ -2348,20 +2356,20 @@ GTAOI_FI V GTAOI_NAME(gtaoi_fetch)(const gtao_context *c, V x, V y) {
 }
 
 /* Rise above the tangent plane of the pixel (x, y), of height w, in its own direction. */
-GTAOI_FI V GTAOI_NAME(gtaoi_own_rise)(const PIXEL *p, V x, V y, V w) {
+GTAOI_FI GV GTAOI_NAME(gtaoi_own_rise)(const GTAOI_PIXEL *p, GV x, GV y, GV w) {
     GTAOI_NO_CONTRACT
-    V qx = GV_SUB(x, p->x), qy = GV_SUB(y, p->y);
-    V rise = GV_SUB(GV_SUB(w, p->w0), GV_ADD(GV_MUL(p->gx, qx), GV_MUL(p->gy, qy)));
+    GV qx = GV_SUB(x, p->x), qy = GV_SUB(y, p->y);
+    GV rise = GV_SUB(GV_SUB(w, p->w0), GV_ADD(GV_MUL(p->gx, qx), GV_MUL(p->gy, qy)));
     return GV_DIV(rise, GV_SQRT(GV_ADD(GV_MUL(qx, qx), GV_MUL(qy, qy))));
 }
 
 /* Search one slice of a group with a direction and an offset for each pixel. */
-GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const PIXEL *p, const FRAME *f, HORIZONS *s,
-                                             M active, gtao_stats *stats) {
+GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                             GTAOI_HORIZONS *s, GM active, gtao_stats *stats) {
     GTAOI_NO_CONTRACT
-    const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
-    V ax = GV_ABS(f->dx), ay = GV_ABS(f->dy), unit = GV_MAX(ax, ay), radius, steps;
-    M along_x = GV_LE(ay, ax);
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    GV ax = GV_ABS(f->dx), ay = GV_ABS(f->dy), unit = GV_MAX(ax, ay), radius, steps;
+    GM along_x = GV_LE(ay, ax);
     float level[GTAOI_W], position[GTAOI_W];
     int i, j, side, n = c->max_steps, taps = c->every_pixel;
     radius = GV_DIV(p->extent, GV_SQRT(f->bb));
@@ -2379,17 +2387,17 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const PIXEL 
         stats->samples += (uint64_t)(2 * n * gtaoi_popcount(GM_BITS(active)));
     }
     for (j = 0; j < n; j++) {
-        V qx, qy, inv, fraction = zero;
-        M within = GV_LE(zero, zero);
+        GV qx, qy, inv, fraction = zero;
+        GM within = GV_LE(zero, zero);
         if (taps) {
-            V t = GV_DIV(GV_SET((float)(j + 1)), unit), px = GV_MUL(t, f->dx), py = GV_MUL(t, f->dy);
+            GV t = GV_DIV(GV_SET((float)(j + 1)), unit), px = GV_MUL(t, f->dx), py = GV_MUL(t, f->dy);
             within = GV_LE(GV_SET((float)(j + 1)), steps);
             qx = GV_SELECT(along_x, GTAOI_NAME(gtaoi_nearest)(px), GTAOI_NAME(gtaoi_floor)(px));
             qy = GV_SELECT(along_x, GTAOI_NAME(gtaoi_floor)(py), GTAOI_NAME(gtaoi_nearest)(py));
             fraction = GV_SELECT(along_x, GV_SUB(py, qy), GV_SUB(px, qx));
             inv = GV_DIV(one, t);
         } else {
-            V t;
+            GV t;
             for (i = 0; i < GTAOI_W; i++)
                 position[i] = c->step[64 * j + (int)level[i]];
             t = GV_ADD(one, GV_MUL(GV_SUB(radius, one), GV_LOAD(position)));
@@ -2398,13 +2406,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const PIXEL 
             inv = GV_DIV(one, GV_SQRT(GV_ADD(GV_MUL(qx, qx), GV_MUL(qy, qy))));
         }
         for (side = 0; side < 2; side++) {
-            V x = side ? GV_SUB(p->x, qx) : GV_ADD(p->x, qx), y = side ? GV_SUB(p->y, qy) : GV_ADD(p->y, qy);
-            V w = GTAOI_NAME(gtaoi_fetch)(c, x, y), ux = GV_MUL(qx, inv), uy = GV_MUL(qy, inv), tangent, rise,
-              before[2];
-            V w_a = w, w_b = w, bx = x, by = y;
+            GV x = side ? GV_SUB(p->x, qx) : GV_ADD(p->x, qx), y = side ? GV_SUB(p->y, qy) : GV_ADD(p->y, qy);
+            GV w = GTAOI_NAME(gtaoi_fetch)(c, x, y), ux = GV_MUL(qx, inv), uy = GV_MUL(qy, inv), tangent, rise, least,
+               before[2];
+            GV w_a = w, w_b = w, bx = x, by = y;
             if (taps) {
-                V step = side ? GV_SET(-1.0f) : one;
-                V across = GV_MUL(step, GV_SELECT(along_x, p->gy, p->gx));
+                GV step = side ? GV_SET(-1.0f) : one;
+                GV across = GV_MUL(step, GV_SELECT(along_x, p->gy, p->gx));
                 bx = GV_SELECT(along_x, x, GV_ADD(x, step)), by = GV_SELECT(along_x, GV_ADD(y, step), y);
                 w_b = GTAOI_NAME(gtaoi_fetch)(c, bx, by);
                 w = GTAOI_NAME(gtaoi_between)(c, w_a, w_b, fraction, across, c->orthographic);
@@ -2414,15 +2422,17 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const PIXEL 
                 ux = GV_SUB(zero, ux), uy = GV_SUB(zero, uy);
             tangent = GV_ADD(GV_MUL(p->gx, ux), GV_MUL(p->gy, uy));
             rise = GV_SUB(GV_MUL(w, inv), GV_ADD(GV_MUL(p->w0, inv), tangent));
+            least = rise;
             if (taps && j < GTAOI_NEAR)
-                rise = GV_MIN(
+                least = GV_MIN(
                     rise, GV_MAX(GTAOI_NAME(gtaoi_own_rise)(p, x, y, w_a), GTAOI_NAME(gtaoi_own_rise)(p, bx, by, w_b)));
             before[0] = s->rise[side], before[1] = s->cosine[side];
             if (c->cosines)
                 GTAOI_NAME(gtaoi_visit_cosine)(c, p, f, s, side, w, inv, ux, uy);
             else {
-                SAMPLE sample;
-                M fading = GTAOI_NAME(gtaoi_rise)(c, f, s, side, w, inv, rise, &sample, c->orthographic, c->bounded, 1);
+                GTAOI_SAMPLE sample;
+                GM fading = GTAOI_NAME(gtaoi_rise)(c, f, s, side, w, inv, rise, least, &sample, c->orthographic,
+                                                   c->bounded, 1, taps);
                 if (c->bounded && GM_ANY(fading))
                     GTAOI_NAME(gtaoi_fade)(c, f, s, side, &sample, fading);
             }
@@ -2437,11 +2447,11 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const PIXEL 
 /* ---- integrate -------------------------------------------------------------------------------------------------- */
 
 /* atan2(y, x), the twin of gtao_atan2 but for atan2(0, 0), which is not asked for. */
-GTAOI_FI V GTAOI_NAME(gtaoi_atan2)(V y, V x) {
+GTAOI_FI GV GTAOI_NAME(gtaoi_atan2)(GV y, GV x) {
     GTAOI_NO_CONTRACT
-    const V zero = GV_SET(0.0f);
-    V ay = GV_ABS(y), ax = GV_ABS(x), q = GV_DIV(GV_MIN(ax, ay), GV_MAX(ax, ay)), qq = GV_MUL(q, q);
-    V q4 = GV_MUL(qq, qq), q8 = GV_MUL(q4, q4), a, low, high;
+    const GV zero = GV_SET(0.0f);
+    GV ay = GV_ABS(y), ax = GV_ABS(x), q = GV_DIV(GV_MIN(ax, ay), GV_MAX(ax, ay)), qq = GV_MUL(q, q);
+    GV q4 = GV_MUL(qq, qq), q8 = GV_MUL(q4, q4), a, low, high;
     low = GV_ADD(GV_ADD(GV_SET(-0.3333314528f), GV_MUL(qq, GV_SET(0.1999355085f))),
                  GV_MUL(q4, GV_ADD(GV_SET(-0.1420889944f), GV_MUL(qq, GV_SET(0.1065626393f)))));
     high = GV_ADD(GV_ADD(GV_SET(-0.0752896400f), GV_MUL(qq, GV_SET(0.0429096138f))),
@@ -2453,26 +2463,27 @@ GTAOI_FI V GTAOI_NAME(gtaoi_atan2)(V y, V x) {
 }
 
 /* Sums over the slices of a pixel. */
-#define SUM GTAOI_NAME(gtaoi_sum)
-typedef struct SUM {
-    V visible, open;  /* sum J a, sum J a of an open surface */
-    V jacobian_open;  /* the latter with the Jacobian, whatever the estimator */
-    V bx, by, bz, bv; /* sum J (T_open - T): along the slices, and along the view vector */
-    M occluded;       /* pixels that see anything but sky */
-} SUM;
+#define GTAOI_SUM GTAOI_NAME(gtaoi_sum)
+typedef struct GTAOI_SUM {
+    GV visible, open;  /* sum J a, sum J a of an open surface */
+    GV jacobian_open;  /* the latter with the Jacobian, whatever the estimator */
+    GV bx, by, bz, bv; /* sum J (T_open - T): along the slices, and along the view vector */
+    GM occluded;       /* pixels that see anything but sky */
+} GTAOI_SUM;
 
 /* cot h of a side from what the search found. */
-GTAOI_FI V GTAOI_NAME(gtaoi_kappa)(const gtao_context *c, const FRAME *f, const HORIZONS *s, int side, M *occluded) {
+GTAOI_FI GV GTAOI_NAME(gtaoi_kappa)(const gtao_context *c, const GTAOI_FRAME *f, const GTAOI_HORIZONS *s, int side,
+                                    GM *occluded) {
     GTAOI_NO_CONTRACT
-    const V zero = GV_SET(0.0f);
-    V tangent = side ? GV_SUB(zero, f->kappa_tangent) : f->kappa_tangent;
-    V start = side ? GV_SUB(zero, f->cos_tangent) : f->cos_tangent, cosine = s->cosine[side];
-    V kappa = GV_ADD(GV_MUL(s->rise[side], f->kappa_scale), tangent);
-    M above = GV_LT(f->floor, s->rise[side]);
+    const GV zero = GV_SET(0.0f);
+    GV tangent = side ? GV_SUB(zero, f->kappa_tangent) : f->kappa_tangent;
+    GV start = side ? GV_SUB(zero, f->cos_tangent) : f->cos_tangent, cosine = s->cosine[side];
+    GV kappa = GV_ADD(GV_MUL(s->rise[side], f->kappa_scale), tangent);
+    GM above = GV_LT(f->floor, s->rise[side]);
     if (c->cosines || c->inv_falloff > 0.0f) {
-        M faded = GV_LT(start, cosine);
+        GM faded = GV_LT(start, cosine);
         if (GM_ANY(faded)) {
-            V sine2 = GV_MAX(GV_SUB(GV_SET(1.0f), GV_MUL(cosine, cosine)), GV_SET(1e-12f));
+            GV sine2 = GV_MAX(GV_SUB(GV_SET(1.0f), GV_MUL(cosine, cosine)), GV_SET(1e-12f));
             kappa = GV_SELECT(faded, GV_MAX(GV_DIV(cosine, GV_SQRT(sine2)), kappa), kappa);
             above = GM_OR(above, faded);
         }
@@ -2488,19 +2499,19 @@ GTAOI_FI V GTAOI_NAME(gtaoi_kappa)(const gtao_context *c, const FRAME *f, const 
  *   T_o = (s1^3 - s0^3) n.v / 3 + (4/3 - c1 - c0 + (c1^3 + c0^3) / 3) n.o,   T_v = (2 - c1^3 - c0^3) n.v / 3 + (s1^3 -
  *   s0^3) n.o / 3
  * open: |np| (cos n + n sin n),  T_o = 4/3 n.o,  T_v = 2/3 n.v. */
-GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const PIXEL *p, const FRAME *f, const HORIZONS *s,
-                                          SUM *sum) {
+GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                          const GTAOI_HORIZONS *s, GTAOI_SUM *sum) {
     GTAOI_NO_CONTRACT
-    const V zero = GV_SET(0.0f), one = GV_SET(1.0f), half = GV_SET(0.5f), third = GV_SET(1.0f / 3.0f);
-    const V no = f->no, inv_perp = f->inv_perp;
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), half = GV_SET(0.5f), third = GV_SET(1.0f / 3.0f);
+    const GV no = f->no, inv_perp = f->inv_perp;
     int uniform = c->d.weighting == GTAO_WEIGHTING_UNIFORM, memo = c->d.estimator == GTAO_ESTIMATOR_MEMO;
-    M occluded = GV_LT(one, zero);
-    V k1 = GTAOI_NAME(gtaoi_kappa)(c, f, s, 0, &occluded), k0 = GTAOI_NAME(gtaoi_kappa)(c, f, s, 1, &occluded);
-    V jacobian = GV_MUL(inv_perp, inv_perp), weight = memo ? one : jacobian, open = f->open, arc;
+    GM occluded = GV_LT(one, zero);
+    GV k1 = GTAOI_NAME(gtaoi_kappa)(c, f, s, 0, &occluded), k0 = GTAOI_NAME(gtaoi_kappa)(c, f, s, 1, &occluded);
+    GV jacobian = GV_MUL(inv_perp, inv_perp), weight = memo ? one : jacobian, open = f->open, arc;
     arc = open;
     if (GM_ANY(occluded)) {
-        V rho1 = GV_ADD(one, GV_MUL(k1, k1)), rho0 = GV_ADD(one, GV_MUL(k0, k0));
-        V c1 = zero, c0 = zero, s1 = zero, s0 = zero, ss1 = GV_DIV(one, rho1), ss0 = GV_DIV(one, rho0), between = zero;
+        GV rho1 = GV_ADD(one, GV_MUL(k1, k1)), rho0 = GV_ADD(one, GV_MUL(k0, k0));
+        GV c1 = zero, c0 = zero, s1 = zero, s0 = zero, ss1 = GV_DIV(one, rho1), ss0 = GV_DIV(one, rho0), between = zero;
         if (uniform || c->bent) {
             s1 = GV_SQRT(ss1), s0 = GV_SQRT(ss0);
             c1 = GV_MUL(k1, s1), c0 = GV_MUL(k0, s0);
@@ -2515,16 +2526,16 @@ GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const PIXEL *p,
             arc = GV_MUL(half, GV_ADD(GV_MUL(GV_ADD(ss0, ss1), p->nv), GV_MUL(between, no)));
         arc = GV_SELECT(occluded, arc, open);
         if (c->bent) { /* T_open - T, subtracted later from that of the open hemisphere */
-            V to, tv, along;
+            GV to, tv, along;
             if (uniform) { /* T_o = (h1 - h0 - s1 c1 + s0 c0) / 2, T_v = (s0^2 + s1^2) / 2 */
-                V open_v = GV_DIV(one, GV_ADD(one, GV_MUL(f->kappa_tangent, f->kappa_tangent)));
-                V open_o = GV_SUB(GTAOI_NAME(gtaoi_atan2)(no, p->nv), GV_MUL(f->kappa_tangent, open_v));
+                GV open_v = GV_DIV(one, GV_ADD(one, GV_MUL(f->kappa_tangent, f->kappa_tangent)));
+                GV open_o = GV_SUB(GTAOI_NAME(gtaoi_atan2)(no, p->nv), GV_MUL(f->kappa_tangent, open_v));
                 to = GV_SUB(open_o, GV_MUL(half, between));
                 tv = GV_SUB(open_v, GV_MUL(half, GV_ADD(ss0, ss1)));
             } else {
-                V ds = GV_MUL(third, GV_SUB(GV_MUL(ss1, s1), GV_MUL(ss0, s0)));
-                V c13 = GV_MUL(GV_MUL(c1, c1), c1), c03 = GV_MUL(GV_MUL(c0, c0), c0);
-                V cc = GV_MUL(third, GV_ADD(c13, c03));
+                GV ds = GV_MUL(third, GV_SUB(GV_MUL(ss1, s1), GV_MUL(ss0, s0)));
+                GV c13 = GV_MUL(GV_MUL(c1, c1), c1), c03 = GV_MUL(GV_MUL(c0, c0), c0);
+                GV cc = GV_MUL(third, GV_ADD(c13, c03));
                 to = GV_SUB(GV_MUL(GV_SUB(GV_ADD(c1, c0), cc), no), GV_MUL(ds, p->nv));
                 tv = GV_SUB(GV_MUL(cc, p->nv), GV_MUL(ds, no));
             }
@@ -2548,12 +2559,12 @@ GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const PIXEL *p,
 
 /* Derivative of w along one axis: of the two sides the one whose next pixel it predicts better; zero if neither side
  * is there. `has` is false outside the image. */
-GTAOI_FI V GTAOI_NAME(gtaoi_gradient)(V w0, V a1, V a2, V b1, V b2, M has_a, M has_b) {
+GTAOI_FI GV GTAOI_NAME(gtaoi_gradient)(GV w0, GV a1, GV a2, GV b1, GV b2, GM has_a, GM has_b) {
     GTAOI_NO_CONTRACT
-    const V limit = GV_SET(GTAOI_SKY_LIMIT), far_off = GV_SET(FLT_MAX);
-    V ga = GV_SUB(w0, a1), gb = GV_SUB(b1, w0);
-    V ea = GV_SELECT(GV_LT(limit, a2), GV_ABS(GV_SUB(GV_SUB(a1, a2), ga)), GV_ABS(ga));
-    V eb = GV_SELECT(GV_LT(limit, b2), GV_ABS(GV_SUB(GV_SUB(b2, b1), gb)), GV_ABS(gb));
+    const GV limit = GV_SET(GTAOI_SKY_LIMIT), far_off = GV_SET(FLT_MAX);
+    GV ga = GV_SUB(w0, a1), gb = GV_SUB(b1, w0);
+    GV ea = GV_SELECT(GV_LT(limit, a2), GV_ABS(GV_SUB(GV_SUB(a1, a2), ga)), GV_ABS(ga));
+    GV eb = GV_SELECT(GV_LT(limit, b2), GV_ABS(GV_SUB(GV_SUB(b2, b1), gb)), GV_ABS(gb));
     has_a = GM_AND(has_a, GV_LT(limit, a1));
     has_b = GM_AND(has_b, GV_LT(limit, b1));
     ga = GV_IF(has_a, ga), gb = GV_IF(has_b, gb);
@@ -2563,15 +2574,15 @@ GTAOI_FI V GTAOI_NAME(gtaoi_gradient)(V w0, V a1, V a2, V b1, V b2, M has_a, M h
 
 /* The normal of the surface w = w0 + g.q: n = -(fx gx, fy gy, w0 - g.(x - c)), normalised; orthographic -(g / size, 1).
  * */
-GTAOI_FN void GTAOI_NAME(gtaoi_derive_normals)(const gtao_context *c, PIXEL *p, const float *at, int phase, int y,
-                                               M here) {
+GTAOI_FN void GTAOI_NAME(gtaoi_derive_normals)(const gtao_context *c, GTAOI_PIXEL *p, const float *at, int phase, int y,
+                                               GM here) {
     GTAOI_NO_CONTRACT
-    const V zero = GV_SET(0.0f), one = GV_SET(1.0f), w = GV_SET((float)c->d.width);
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), w = GV_SET((float)c->d.width);
     int wrap = c->d.border == GTAO_BORDER_WRAP, h = c->d.height, i;
     ptrdiff_t x_at = at - gtaoi_row(c, y);
     const float *rows[5];
-    V gx, gy, nx, ny, nz, len2, scale;
-    M always = GV_LE(zero, zero), valid;
+    GV gx, gy, nx, ny, nz, len2, scale;
+    GM always = GV_LE(zero, zero), valid;
     for (i = -2; i <= 2; i++)
         rows[i + 2] =
             (wrap || (y + i >= 0 && y + i < h) ? gtaoi_row(c, y + i) : c->w + (ptrdiff_t)(h + 1) * c->pitch) + x_at;
@@ -2596,7 +2607,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_derive_normals)(const gtao_context *c, PIXEL *p, 
 
 /* The caller's normals of a block of `count` pixels to lanes, [group][component]. Lanes past the count repeat the last
  * pixel. */
-GTAOI_FN void GTAOI_NAME(gtaoi_read_normals)(const float *from, int components, int period, int count, V n[12]) {
+GTAOI_FN void GTAOI_NAME(gtaoi_read_normals)(const float *from, int components, int period, int count, GV n[12]) {
     float lanes[GTAOI_W];
     int i, k, g, step = period == 4 ? 1 : GTAOI_W;
     if (count == 4 * GTAOI_W && period == 4 && components == 3) {
@@ -2606,7 +2617,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_read_normals)(const float *from, int components, 
     }
     for (g = 0; g < 4; g++) {
         if (count == 4 * GTAOI_W && components == 4) {
-            V pixel[4];
+            GV pixel[4];
             GTAOI_NAME(gtaoi_load4)(from + 4 * g * step, 4 * period, pixel);
             for (k = 0; k < 3; k++)
                 n[3 * g + k] = pixel[k];
@@ -2621,14 +2632,14 @@ GTAOI_FN void GTAOI_NAME(gtaoi_read_normals)(const float *from, int components, 
 }
 
 /* Normals to view space, unit length; where there is none, all zero. */
-GTAOI_FI void GTAOI_NAME(gtaoi_load_normals)(const gtao_context *c, PIXEL *p, V nx, V ny, V nz) {
+GTAOI_FI void GTAOI_NAME(gtaoi_load_normals)(const gtao_context *c, GTAOI_PIXEL *p, GV nx, GV ny, GV nz) {
     GTAOI_NO_CONTRACT
-    const V zero = GV_SET(0.0f);
+    const GV zero = GV_SET(0.0f);
     const float *m = c->to_view;
-    V len2, scale;
-    M valid;
+    GV len2, scale;
+    GM valid;
     if (c->transform_normals) {
-        V tx = nx, ty = ny, tz = nz;
+        GV tx = nx, ty = ny, tz = nz;
         nx = GV_ADD(GV_ADD(GV_MUL(GV_SET(m[0]), tx), GV_MUL(GV_SET(m[1]), ty)), GV_MUL(GV_SET(m[2]), tz));
         ny = GV_ADD(GV_ADD(GV_MUL(GV_SET(m[3]), tx), GV_MUL(GV_SET(m[4]), ty)), GV_MUL(GV_SET(m[5]), tz));
         nz = GV_ADD(GV_ADD(GV_MUL(GV_SET(m[6]), tx), GV_MUL(GV_SET(m[7]), ty)), GV_MUL(GV_SET(m[8]), tz));
@@ -2642,18 +2653,18 @@ GTAOI_FI void GTAOI_NAME(gtaoi_load_normals)(const gtao_context *c, PIXEL *p, V 
 }
 
 /* n.v, with normals that face away tilted until they just face the eye; the tangent plane's gradient. */
-GTAOI_FI void GTAOI_NAME(gtaoi_face)(const gtao_context *c, PIXEL *p, M active) {
+GTAOI_FI void GTAOI_NAME(gtaoi_face)(const gtao_context *c, GTAOI_PIXEL *p, GM active) {
     GTAOI_NO_CONTRACT
-    const V zero = GV_SET(0.0f), least = GV_SET(GTAOI_FACING_MIN);
-    V nr = GV_ADD(GV_ADD(GV_MUL(p->nx, p->rx), GV_MUL(p->ny, p->ry)), p->nz), scale;
-    M away;
+    const GV zero = GV_SET(0.0f), least = GV_SET(GTAOI_FACING_MIN);
+    GV nr = GV_ADD(GV_ADD(GV_MUL(p->nx, p->rx), GV_MUL(p->ny, p->ry)), p->nz), scale;
+    GM away;
     p->nv = GV_SUB(zero, GV_MUL(nr, p->inv_len));
     away = GM_AND(active, GV_LT(p->nv, least));
     if (GM_ANY(away)) {
-        V lift = GV_MUL(GV_SUB(least, p->nv), p->inv_len);
-        V nx = GV_SUB(p->nx, GV_MUL(lift, p->rx)), ny = GV_SUB(p->ny, GV_MUL(lift, p->ry)), nz = GV_SUB(p->nz, lift);
-        V len2 = GV_ADD(GV_ADD(GV_MUL(nx, nx), GV_MUL(ny, ny)), GV_MUL(nz, nz));
-        M valid = GV_LE(GV_SET(1e-12f), len2); /* straight away from the eye: towards it */
+        GV lift = GV_MUL(GV_SUB(least, p->nv), p->inv_len);
+        GV nx = GV_SUB(p->nx, GV_MUL(lift, p->rx)), ny = GV_SUB(p->ny, GV_MUL(lift, p->ry)), nz = GV_SUB(p->nz, lift);
+        GV len2 = GV_ADD(GV_ADD(GV_MUL(nx, nx), GV_MUL(ny, ny)), GV_MUL(nz, nz));
+        GM valid = GV_LE(GV_SET(1e-12f), len2); /* straight away from the eye: towards it */
         scale = GV_DIV(GV_SET(1.0f), GV_SQRT(len2));
         nx = GV_SELECT(valid, GV_MUL(nx, scale), GV_SUB(zero, GV_MUL(p->rx, p->inv_len)));
         ny = GV_SELECT(valid, GV_MUL(ny, scale), GV_SUB(zero, GV_MUL(p->ry, p->inv_len)));
@@ -2675,11 +2686,11 @@ GTAOI_FI void GTAOI_NAME(gtaoi_face)(const gtao_context *c, PIXEL *p, M active) 
 
 /* Rays, distances and normals of a group; which of its pixels are to be computed. `want` is positive where a result is
  * wanted, negative outside the image. */
-GTAOI_FI M GTAOI_NAME(gtaoi_setup)(const gtao_context *c, PIXEL *p, const float *at, int x, int y, V want,
-                                   const V *normals, gtao_stats *stats) {
+GTAOI_FI GM GTAOI_NAME(gtaoi_setup)(const gtao_context *c, GTAOI_PIXEL *p, const float *at, int x, int y, GV want,
+                                    const GV *normals, gtao_stats *stats) {
     GTAOI_NO_CONTRACT
-    const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
-    M inside = GV_LE(zero, want), solid, active, near_enough;
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    GM inside = GV_LE(zero, want), solid, active, near_enough;
     p->w0 = GV_LOAD(at);
     p->x = GV_ADD(GV_SET((float)x), GV_MUL(GTAOI_NAME(gtaoi_iota)(), GV_SET((float)c->period)));
     p->y = GV_SET((float)y);
@@ -2689,7 +2700,7 @@ GTAOI_FI M GTAOI_NAME(gtaoi_setup)(const gtao_context *c, PIXEL *p, const float 
         p->rx = p->ry = zero, p->len = p->inv_len = p->inv_w0 = one;
         p->extent = GV_SET(c->reach);
     } else {
-        V rr;
+        GV rr;
         p->rx = GV_MUL(GV_SUB(GV_ADD(p->x, GV_SET(0.5f)), GV_SET(c->cx)), GV_SET(c->bx1));
         p->rx = GV_MAX(GV_MIN(p->rx, GV_SET(GTAOI_RAY_LIMIT)), GV_SET(-GTAOI_RAY_LIMIT));
         p->ry = GV_SET(gtaoi_clamp(((float)y + 0.5f - c->cy) * c->by1, -GTAOI_RAY_LIMIT, GTAOI_RAY_LIMIT));
@@ -2701,7 +2712,7 @@ GTAOI_FI M GTAOI_NAME(gtaoi_setup)(const gtao_context *c, PIXEL *p, const float 
         if (c->bounded && c->every_pixel) {
             /* The whole sphere: its silhouette, at angle a about r0 with sin a = radius / |P|, lies farthest from the
              * pixel away from the image centre: |r0| tan a / (1/|r0| - tan a sqrt(1 - 1/|r0|^2)). */
-            V sine = GV_MUL(GV_MUL(p->w0, p->inv_len), GV_SET(c->reach)), tangent, room;
+            GV sine = GV_MUL(GV_MUL(p->w0, p->inv_len), GV_SET(c->reach)), tangent, room;
             tangent = GV_DIV(sine, GV_SQRT(GV_SUB(one, GV_MUL(sine, sine))));
             room = GV_MUL(tangent, GV_SQRT(GV_MAX(GV_SUB(one, GV_MUL(p->inv_len, p->inv_len)), zero)));
             room = GV_SUB(p->inv_len, room);
@@ -2720,7 +2731,7 @@ GTAOI_FI M GTAOI_NAME(gtaoi_setup)(const gtao_context *c, PIXEL *p, const float 
 
     p->nx = p->ny = p->nz = zero;
     if (c->bent || GM_ANY(active)) {
-        M missing;
+        GM missing;
         if (normals)
             GTAOI_NAME(gtaoi_load_normals)(c, p, normals[0], normals[1], normals[2]);
         missing = GM_AND(GM_AND(GV_EQ(p->nx, zero), GV_EQ(p->ny, zero)), GV_EQ(p->nz, zero));
@@ -2736,7 +2747,7 @@ GTAOI_FI M GTAOI_NAME(gtaoi_setup)(const gtao_context *c, PIXEL *p, const float 
         }
     }
     if (GM_ANY(active)) {
-        V extent = GV_MIN(GV_MAX(p->extent, GV_SET(c->extent_min)), GV_SET(c->extent_max));
+        GV extent = GV_MIN(GV_MAX(p->extent, GV_SET(c->extent_min)), GV_SET(c->extent_max));
         GTAOI_NAME(gtaoi_face)(c, p, active);
         p->key = GV_CLASS(extent);
         p->direction = p->offset = zero;
@@ -2749,11 +2760,11 @@ GTAOI_FI M GTAOI_NAME(gtaoi_setup)(const gtao_context *c, PIXEL *p, const float 
 }
 
 /* Direction of slice k at each pixel of per-pixel noise: pi (k + direction) / slices. */
-GTAOI_FI void GTAOI_NAME(gtaoi_turn)(const gtao_context *c, const PIXEL *p, int k, FRAME *f) {
+GTAOI_FI void GTAOI_NAME(gtaoi_turn)(const gtao_context *c, const GTAOI_PIXEL *p, int k, GTAOI_FRAME *f) {
     GTAOI_NO_CONTRACT
-    const V one = GV_SET(1.0f);
+    const GV one = GV_SET(1.0f);
     /* sin(pi u) = cos(pi (u - 1/2)), cos(pi u) = -sin(pi (u - 1/2)) by Taylor's series; error 1e-7 */
-    V a = GV_DIV(GV_ADD(GV_SET((float)k), p->direction), GV_SET((float)c->slices)), aa, sine, cosine;
+    GV a = GV_DIV(GV_ADD(GV_SET((float)k), p->direction), GV_SET((float)c->slices)), aa, sine, cosine;
     a = GV_MUL(GV_SET((float)GTAOI_PI), GV_SUB(a, GV_SET(0.5f)));
     aa = GV_MUL(a, a);
     sine = GV_ADD(GV_SET(2.7557319e-6f), GV_MUL(aa, GV_SET(-2.5052108e-8f)));
@@ -2773,11 +2784,11 @@ GTAOI_FI void GTAOI_NAME(gtaoi_turn)(const gtao_context *c, const PIXEL *p, int 
 }
 
 /* A slice in the pixels' view: o = b_perp / |b_perp|, b_perp = b - (b.v) v; tan n = n.o / n.v; the open arc. */
-GTAOI_FI void GTAOI_NAME(gtaoi_slice)(const gtao_context *c, const PIXEL *p, const gtaoi_slice *slice, int k, FRAME *f,
-                                      HORIZONS *s) {
+GTAOI_FI void GTAOI_NAME(gtaoi_slice)(const gtao_context *c, const GTAOI_PIXEL *p, const gtaoi_slice *slice, int k,
+                                      GTAOI_FRAME *f, GTAOI_HORIZONS *s) {
     GTAOI_NO_CONTRACT
-    const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
-    V perp2, perp, tangent;
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    GV perp2, perp, tangent;
     if (c->per_pixel_noise) {
         GTAOI_NAME(gtaoi_turn)(c, p, k, f);
     } else {
@@ -2796,7 +2807,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slice)(const gtao_context *c, const PIXEL *p, con
     f->floor = GV_MUL(GV_MUL(perp, GV_SET(GTAOI_RISE_MIN)), c->orthographic ? one : GV_MUL(p->w0, p->inv_len));
     f->cos_tangent = s->cosine[0] = s->cosine[1] = zero;
     if (c->cosines || c->inv_falloff > 0.0f) {
-        V cos_n = GV_DIV(one, GV_SQRT(GV_ADD(one, GV_MUL(tangent, tangent))));
+        GV cos_n = GV_DIV(one, GV_SQRT(GV_ADD(one, GV_MUL(tangent, tangent))));
         s->cosine[1] = GV_MUL(tangent, cos_n);
         s->cosine[0] = f->cos_tangent = GV_SUB(zero, s->cosine[1]);
     }
@@ -2809,23 +2820,23 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slice)(const gtao_context *c, const PIXEL *p, con
 }
 
 /* The sums of a pixel to its visibility and bent normal (p->n). */
-GTAOI_FI V GTAOI_NAME(gtaoi_finish)(const gtao_context *c, PIXEL *p, const SUM *sum, M active) {
+GTAOI_FI GV GTAOI_NAME(gtaoi_finish)(const gtao_context *c, GTAOI_PIXEL *p, const GTAOI_SUM *sum, GM active) {
     GTAOI_NO_CONTRACT
-    const V zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
     int cosine_weighted = c->d.weighting == GTAO_WEIGHTING_COSINE;
-    V open =
+    GV open =
         c->d.estimator == GTAO_ESTIMATOR_MEMO ? GV_SET((float)c->slices * (cosine_weighted ? 1.0f : 2.0f)) : sum->open;
-    V visible = GV_DIV(sum->visible, open);
-    M good = GV_LE(zero, GV_ABS(visible)); /* not NaN */
+    GV visible = GV_DIV(sum->visible, open);
+    GM good = GV_LE(zero, GV_ABS(visible)); /* not NaN */
     visible = GV_SELECT(good, GV_MIN(GV_MAX(visible, zero), one), one);
     visible = GV_SELECT(active, visible, one);
     if (c->bent) {
         /* [J19 Eq. 20-21] exact off axis: b = (2/3) n - sum J ((T_open - T)_o o + (T_open - T)_v v) / sum J a_open */
-        V share = GV_SET(cosine_weighted ? 2.0f / 3.0f : 0.5f), scale = GV_DIV(one, sum->jacobian_open), len2;
-        V along = GV_MUL(sum->bv, p->inv_len);
-        V bx = GV_SUB(GV_MUL(share, p->nx), GV_MUL(scale, GV_SUB(sum->bx, GV_MUL(along, p->rx))));
-        V by = GV_SUB(GV_MUL(share, p->ny), GV_MUL(scale, GV_SUB(sum->by, GV_MUL(along, p->ry))));
-        V bz = GV_SUB(GV_MUL(share, p->nz), GV_MUL(scale, GV_SUB(sum->bz, along)));
+        GV share = GV_SET(cosine_weighted ? 2.0f / 3.0f : 0.5f), scale = GV_DIV(one, sum->jacobian_open), len2;
+        GV along = GV_MUL(sum->bv, p->inv_len);
+        GV bx = GV_SUB(GV_MUL(share, p->nx), GV_MUL(scale, GV_SUB(sum->bx, GV_MUL(along, p->rx))));
+        GV by = GV_SUB(GV_MUL(share, p->ny), GV_MUL(scale, GV_SUB(sum->by, GV_MUL(along, p->ry))));
+        GV bz = GV_SUB(GV_MUL(share, p->nz), GV_MUL(scale, GV_SUB(sum->bz, along)));
         len2 = GV_ADD(GV_ADD(GV_MUL(bx, bx), GV_MUL(by, by)), GV_MUL(bz, bz));
         scale = GV_DIV(one, GV_SQRT(len2));
         /* nothing visible, or not finite: the normal */
@@ -2850,10 +2861,10 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
         for (x0 = 0; x0 < d->width; x0 += BLOCK) {
             float wanted[BLOCK], image_v[BLOCK], image_b[3 * BLOCK];
             const float *at[4];
-            V n[12], v[4], b[12]; /* normals and bent normals: [group][component] */
-            PIXEL pixel[4];
-            SUM sum[4];
-            M active[4];
+            GV n[12], v[4], b[12]; /* normals and bent normals: [group][component] */
+            GTAOI_PIXEL pixel[4];
+            GTAOI_SUM sum[4];
+            GM active[4];
             int count = gtaoi_imin(BLOCK, d->width - x0), j, partial = mask || count < BLOCK;
             int groups = period == 4 ? 4 : (count + GTAOI_W - 1) / GTAOI_W, any = 0;
             if (partial) {
@@ -2867,7 +2878,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 GTAOI_NAME(gtaoi_read_normals)(from, components, period, count, n);
             }
             for (g = 0; g < groups; g++) {
-                V want = partial ? GV_LOAD(wanted + g * GTAOI_W) : GV_SET(1.0f);
+                GV want = partial ? GV_LOAD(wanted + g * GTAOI_W) : GV_SET(1.0f);
                 at[g] = row + GTAOI_PAD + (period == 4 ? g * c->segment + x0 / 4 : x0 + g * GTAOI_W);
                 active[g] = GTAOI_NAME(gtaoi_setup)(c, &pixel[g], at[g], x0 + g * step, y, want,
                                                     normals ? n + 3 * g : 0, stats);
@@ -2878,8 +2889,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 v[g] = GV_SET(1.0f);
             }
             for (k = 0; any && k < c->slices; k++) {
-                FRAME frame[4];
-                HORIZONS found[4];
+                GTAOI_FRAME frame[4];
+                GTAOI_HORIZONS found[4];
                 int first = (y & (period - 1)) * period * c->slices + k, stride = period == 4 ? c->slices : 0;
                 for (g = 0; g < groups; g++)
                     if (GM_ANY(active[g]))
@@ -2928,13 +2939,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
 #undef GTAOI_FN
 #undef GTAOI_FI
 #undef GTAOI_ALL
-#undef V
-#undef M
-#undef PIXEL
-#undef FRAME
-#undef HORIZONS
-#undef SAMPLE
-#undef SUM
+#undef GV
+#undef GM
+#undef GTAOI_PIXEL
+#undef GTAOI_FRAME
+#undef GTAOI_HORIZONS
+#undef GTAOI_SAMPLE
+#undef GTAOI_SUM
 #undef GV_SET
 #undef GV_LOAD
 #undef GV_STORE

@@ -228,6 +228,15 @@ static void matrices_that_are_no_projection(void **state) {
                              GTAO_ERROR_MATRIX);
         }
     }
+    /* Sheared, or with an oblique near plane: no camera of ours. */
+    for (int i = 0; i < 4; i++) {
+        static const int at[4] = {1, 4, 8, 9};
+        const float p[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, -1, 0, 0, -1, 0};
+        memcpy(m, p, sizeof m);
+        m[at[i]] = 0.25f;
+        assert_int_equal(gtao_camera_from_projection(m, GTAO_CLIP_ZERO_TO_ONE, 0, 16, 16, &camera, &scale, &bias),
+                         GTAO_ERROR_MATRIX);
+    }
 }
 
 /* ---- what is allowed ------------------------------------------------------------------------------------------ */

@@ -231,6 +231,87 @@ static void spans_of_depth(void **state) {
 
 /* ---- sizes and numbers of the description --------------------------------------------------------------------- */
 
+/* As tall as can be, searched from end to end: offsets beyond 16 bits would wrap around. */
+static void tallest_image(void **state) {
+    enum { WIDTH = 20, HEIGHT = 32768, LAST = 16 };
+    float *depth = calloc((size_t)WIDTH * HEIGHT, sizeof *depth),
+          *visibility = calloc((size_t)WIDTH * HEIGHT, sizeof *depth);
+    gtao_desc desc = {0};
+    gtao_output output = {0};
+    gtao_context *context;
+    size_t size;
+    void *scratch;
+    (void)state;
+    assert_non_null(depth);
+    assert_non_null(visibility);
+    desc.width = WIDTH;
+    desc.height = HEIGHT;
+    desc.depth = depth;
+    desc.depth_kind = GTAO_DEPTH_HEIGHT;
+    desc.camera.projection = GTAO_ORTHOGRAPHIC;
+    desc.camera.sx = 1;
+    desc.radius = float_inf();
+    desc.slices = 1;
+    desc.noise = GTAO_NOISE_NONE;
+    output.visibility = visibility;
+    for (desc.every_pixel = 0; desc.every_pixel < 2; desc.every_pixel++) {
+        size = gtao_scratch_size(&desc);
+        scratch = malloc(size);
+        assert_non_null(scratch);
+        assert_int_equal(gtao_begin(&desc, &output, scratch, size, &context), GTAO_OK);
+        gtao_prepare_rows(context, 0, HEIGHT);
+        gtao_visibility_rows(context, 0, LAST, NULL);
+        gtao_visibility_rows(context, HEIGHT - LAST, HEIGHT, NULL);
+        for (size_t i = 0; i < (size_t)WIDTH * LAST; i++) {
+            assert_true(visibility[i] == 1.0f);
+            assert_true(visibility[(size_t)WIDTH * HEIGHT - 1 - i] == 1.0f);
+        }
+        free(scratch);
+    }
+    free(depth);
+    free(visibility);
+}
+
+/* Wires a radius and more in front of a wall leave it open, however few pixels wide they are. */
+static void occluders_out_of_reach(void **state) {
+    enum { SIZE = 48 };
+    static float depth[SIZE * SIZE], normals[3 * SIZE * SIZE], visibility[SIZE * SIZE];
+    (void)state;
+    for (int wire = 1; wire <= 3; wire++)
+        for (int gap = 1; gap <= 7; gap++)
+            for (int noise = GTAO_NOISE_MEMO; noise <= GTAO_NOISE_NONE; noise++) {
+                gtao_desc desc = {0};
+                gtao_output output = {0};
+                size_t size;
+                void *scratch;
+                for (int y = 0; y < SIZE; y++)
+                    for (int x = 0; x < SIZE; x++) {
+                        int bar = x % (wire + gap) < wire || y % (wire + 2 * gap) < wire;
+                        normals[3 * (y * SIZE + x) + 2] = -1.0f;
+                        depth[y * SIZE + x] = bar ? 3.8f + 0.01f * (float)gap : 5.0f;
+                    }
+                desc.width = desc.height = SIZE;
+                desc.depth = depth;
+                desc.normals = normals;
+                desc.camera = gtao_camera_from_fov(60, SIZE, SIZE);
+                desc.radius = 1.0f;
+                desc.slices = 8;
+                desc.every_pixel = 1;
+                desc.noise = (gtao_noise)noise;
+                desc.falloff = gap & 1 ? 0.25f : 0.0f;
+                output.visibility = visibility;
+                size = gtao_scratch_size(&desc);
+                scratch = malloc(size);
+                assert_non_null(scratch);
+                assert_int_equal(gtao_compute(&desc, &output, scratch, size, NULL), GTAO_OK);
+                for (int i = 0; i < SIZE * SIZE; i++)
+                    if (depth[i] > 4.5f && visibility[i] < 0.999f)
+                        fail_msg("wires of %d, gaps of %d, noise %d: visibility %g at (%d, %d)", wire, gap, noise,
+                                 (double)visibility[i], i % SIZE, i / SIZE);
+                free(scratch);
+            }
+}
+
 static void smallest_images(void **state) {
     static const int sizes[][2] = {{1, 1}, {1, 2}, {2, 1}, {1, 67}, {67, 1}, {2, 2}, {3, 2}, {5, 3}, {4, 4}, {2, 31}};
     const setting *s = (const setting *)*state;
@@ -411,12 +492,13 @@ int main(void) {
         {"absurd_descriptions", absurd_descriptions},
     };
     enum { CHECK_COUNT = (int)(sizeof checks / sizeof checks[0]) };
-    static struct CMUnitTest tests[CHECK_COUNT * SETTING_COUNT + 3];
+    static struct CMUnitTest tests[CHECK_COUNT * SETTING_COUNT + 5];
     static char names[CHECK_COUNT * SETTING_COUNT][64];
     static setting copies[SETTING_COUNT]; /* cmocka's state is not const */
-    const struct CMUnitTest formulas[3] = {cmocka_unit_test(formulas_are_finite),
-                                           cmocka_unit_test(packing_takes_anything),
-                                           cmocka_unit_test(noise_is_a_fraction)};
+    const struct CMUnitTest others[5] = {cmocka_unit_test(formulas_are_finite),
+                                         cmocka_unit_test(packing_takes_anything),
+                                         cmocka_unit_test(noise_is_a_fraction), cmocka_unit_test(tallest_image),
+                                         cmocka_unit_test(occluders_out_of_reach)};
     size_t count = 0;
     memcpy(copies, settings, sizeof settings);
     for (int c = 0; c < CHECK_COUNT; c++)
@@ -426,7 +508,7 @@ int main(void) {
             tests[count].test_func = checks[c].run;
             tests[count].initial_state = &copies[i];
         }
-    memcpy(tests + count, formulas, sizeof formulas);
+    memcpy(tests + count, others, sizeof others);
     /* What cmocka_run_group_tests() expands to, which wants an array's size. */
-    return _cmocka_run_group_tests("robust", tests, count + 3, NULL, NULL);
+    return _cmocka_run_group_tests("robust", tests, count + 5, NULL, NULL);
 }
