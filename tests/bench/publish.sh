@@ -255,6 +255,9 @@ awk -F, "$less"' $1 != "pooled" && $9 == "plain" {
         printf "\nFactors in time: %.0f to %.0f at equal RMSE to the depth buffer, %.0f to %.0f at equal noise, %.0f to %.0f at equal RMSE to ray tracing.\n", lo[1], hi[1], lo[2], hi[2], lo[3], hi[3]
     }' $truth $error > $out/embree.md
 
+# What the program printed, as it is.
+{ echo '```'; cat build/bench/multibounce.txt; echo '```'; } > $out/multibounce.md
+
 # ---- docs -----------------------------------------------------------------------------------------------------------
 
 [ "${1-}" = docs ] || exit 0
