@@ -636,7 +636,7 @@ GTAO_API void gtao_sincos(float a_rad, float *sine, float *cosine) {
     *cosine = c;
 }
 
-/* Abramowitz & Stegun 4.4.49, error 2e-8 on [0, 1] before rounding; the kernels' twin is gtaoi_atan. */
+/* Abramowitz & Stegun 4.4.49, error 2e-8 on [0, 1] before rounding; the kernels' twin is gtaoi_atan2. */
 GTAO_API float gtao_atan2(float y, float x) {
     GTAOI_NO_CONTRACT
     float ay = y < 0.0f ? -y : y, ax = x < 0.0f ? -x : x;
@@ -894,7 +894,6 @@ struct gtao_context {
     float *w;             /* height buffer at row 0 of rows -2 .. height + 1; the first and last are sky */
     ptrdiff_t pitch;      /* floats from row to row */
     int segment;          /* floats of one phase's part of a row, with its padding */
-    int per_segment;      /* pixels of it */
     gtaoi_slice *slice;   /* [period^2][slices] */
     gtaoi_sample *sample; /* [period^2][slices][classes or 1][max_steps] */
     gtaoi_taps *taps;     /* every-pixel mode: [period^2][slices][GTAOI_NEAR] */
@@ -1354,7 +1353,7 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
     c->per_pixel_noise = l.per_pixel_noise, c->period = l.period;
     c->classes = l.classes, c->class_base = l.class_base;
     c->extent_min = l.extent_min, c->extent_max = l.extent_max;
-    c->pitch = l.pitch, c->segment = l.segment, c->per_segment = l.per_segment;
+    c->pitch = l.pitch, c->segment = l.segment;
     c->max_radius = (float)l.max_radius;
     c->w = (float *)(void *)(base + l.w);
     c->slice = (gtaoi_slice *)(void *)(base + l.slice);

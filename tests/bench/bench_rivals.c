@@ -174,6 +174,8 @@ int main(int argc, char **argv) {
         if (!ok)
             return usage();
     }
+    if (!bench_scenes_exist("bench_rivals", argc - first, argv + first))
+        return 2;
     o.strata = (int)(sqrt((double)rays) + 0.5);
     if (o.width < 1 || o.height < 1 || o.width > 4096 || o.height > 4096 || o.strata < 1)
         return usage();
@@ -189,10 +191,7 @@ int main(int argc, char **argv) {
     if (!p || !fit || !make_folders("build/bench/rivals"))
         goto done;
     for (int i = 0; i < bench_scene_count() && scenes < MOST_SCENES; ++i) {
-        bool wanted = first == argc;
-        for (int k = first; k < argc; ++k)
-            wanted = wanted || strcmp(argv[k], bench_scene_name(i)) == 0;
-        if (!wanted)
+        if (!bench_scene_chosen(i, argc - first, argv + first))
             continue;
         dataset *d = &data[scenes];
         if (!dataset_open(d, i, &o, p))

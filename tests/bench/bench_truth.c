@@ -78,6 +78,8 @@ int main(int argc, char **argv) {
         if (!ok)
             return usage();
     }
+    if (!bench_scenes_exist("bench_truth", argc - first, argv + first))
+        return 2;
     o.strata = (int)(sqrt((double)rays) + 0.5);
     if (o.width < 1 || o.height < 1 || o.width > 4096 || o.height > 4096 || o.strata < 1 ||
         !(o.falloff >= 0 && o.falloff <= 1))
@@ -91,10 +93,7 @@ int main(int argc, char **argv) {
     printf("%-10s %9s %9s %8s %8s %8s %8s %8s\n", "scene", "triangles", "radius px", "sky", "rays", "view", "rmse",
            "s");
     for (int i = 0; i < bench_scene_count() && !status; ++i) {
-        bool wanted = first == argc;
-        for (int k = first; k < argc; ++k)
-            wanted = wanted || strcmp(argv[k], bench_scene_name(i)) == 0;
-        if (!wanted)
+        if (!bench_scene_chosen(i, argc - first, argv + first))
             continue;
         dataset d;
         double start = seconds();

@@ -1107,3 +1107,23 @@ void bench_scene_free(bench_scene *s) {
     free(s->mesh.indices);
     memset(s, 0, sizeof *s);
 }
+
+int bench_scene_chosen(int index, int count, char *const *names) {
+    int k = 0;
+    while (k < count && strcmp(names[k], bench_scene_name(index)) != 0)
+        ++k;
+    return count == 0 || k < count;
+}
+
+int bench_scenes_exist(const char *program, int count, char *const *names) {
+    for (int k = 0; k < count; ++k) {
+        int i = 0;
+        while (i < bench_scene_count() && strcmp(names[k], bench_scene_name(i)) != 0)
+            ++i;
+        if (i == bench_scene_count()) {
+            fprintf(stderr, "%s: %s: no such scene or option\n", program, names[k]);
+            return 0;
+        }
+    }
+    return 1;
+}

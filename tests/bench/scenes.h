@@ -31,6 +31,10 @@ typedef struct bench_scene {
 
 int bench_scene_count(void);
 const char *bench_scene_name(int index);
+/* Whether a command line's scene names, none meaning all, include scene `index`; whether all of them exist, which prints
+ * the first that does not. */
+int bench_scene_chosen(int index, int count, char *const *names);
+int bench_scenes_exist(const char *program, int count, char *const *names);
 
 /* Scene `index` seen by an image of width x height pixels. Needs the repository root as working directory (the terrain
  * reads tests/data/jacksboro.pfm). Prints the reason and returns false if that fails. */

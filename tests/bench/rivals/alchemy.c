@@ -28,15 +28,11 @@ static void run(const view *v, const rival_preset *p, float *scratch, float *raw
         }
 }
 
-static void denoise(const view *v, const rival_preset *p, float *scratch, float *raw) {
-    rival_blur(v, p->blur, scratch, raw);
-}
-
 const rival rival_alchemy = {
     "alchemy",
     "Alchemy AO (McGuire et al. 2011)",
     "[A13] listing 5",
     run,
-    denoise,
+    rival_blur_preset,
     2,
     {{"performance", 6, 1, 6, 2, {0.0f, 1.005f, 5.0f}}, {"quality", 64, 1, 64, 0, {0.0f, 1.0f, 5.0f}}}};

@@ -55,15 +55,11 @@ static void run(const view *v, const rival_preset *p, float *scratch, float *raw
         }
 }
 
-static void denoise(const view *v, const rival_preset *p, float *scratch, float *raw) {
-    rival_blur(v, p->blur, scratch, raw);
-}
-
 const rival rival_bavoil2008 = {
     "bavoil2008",
     "Bavoil et al. 2008, as in [A13]",
     "[A13] listing 3",
     run,
-    denoise,
+    rival_blur_preset,
     2,
     {{"performance", 8, 6, 52, 1, {0.0f, 1.03f, 4.0f}}, {"quality", 80, 6, 484, 0, {0.0f, 1.0f, 3.0f}}}};

@@ -64,14 +64,10 @@ static void run(const view *v, const rival_preset *p, float *scratch, float *raw
         }
 }
 
-static void denoise(const view *v, const rival_preset *p, float *scratch, float *raw) {
-    rival_blur(v, p->blur, scratch, raw);
-}
-
 const rival rival_bitmask = {"bitmask",
                              "Visibility bitmask (Therrien et al. 2023)",
                              "Therrien et al. 2023",
                              run,
-                             denoise,
+                             rival_blur_preset,
                              2,
                              {{"1x12", 1, 12, 24, 2, {0, 1, 1}}, {"4x12", 4, 12, 96, 2, {0, 1, 1}}}};

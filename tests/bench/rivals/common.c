@@ -176,3 +176,7 @@ void rival_blur(const view *v, int half_width, float *scratch, float *visibility
     blur_pass(v, half_width, false, visibility, scratch);
     blur_pass(v, half_width, true, scratch, visibility);
 }
+
+void rival_blur_preset(const view *v, const rival_preset *p, float *scratch, float *visibility) {
+    rival_blur(v, p->blur, scratch, visibility);
+}

@@ -34,15 +34,11 @@ static void run(const view *v, const rival_preset *p, float *scratch, float *raw
         }
 }
 
-static void denoise(const view *v, const rival_preset *p, float *scratch, float *raw) {
-    rival_blur(v, p->blur, scratch, raw);
-}
-
 const rival rival_filion2008 = {
     "filion2008",
     "Filion and McNaughton 2008 (StarCraft II)",
     "[A13] listing 2",
     run,
-    denoise,
+    rival_blur_preset,
     2,
     {{"performance", 15, 1, 15, 2, {0.0f, 1.12f, 2.5f}}, {"quality", 80, 1, 80, 0, {0.0f, 1.1f, 2.0f}}}};

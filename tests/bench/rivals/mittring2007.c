@@ -25,15 +25,11 @@ static void run(const view *v, const rival_preset *p, float *scratch, float *raw
         }
 }
 
-static void denoise(const view *v, const rival_preset *p, float *scratch, float *raw) {
-    rival_blur(v, p->blur, scratch, raw);
-}
-
 const rival rival_mittring2007 = {
     "mittring2007",
     "Mittring 2007 (CryEngine 2)",
     "[A13] listing 1",
     run,
-    denoise,
+    rival_blur_preset,
     2,
     {{"performance", 24, 1, 24, 3, {0.57f, 1.0f, 5.0f}}, {"quality", 200, 1, 200, 0, {0.55f, 1.0f, 4.0f}}}};

@@ -59,15 +59,11 @@ static void run(const view *v, const rival_preset *p, float *scratch, float *raw
         }
 }
 
-static void denoise(const view *v, const rival_preset *p, float *scratch, float *raw) {
-    rival_blur(v, p->blur, scratch, raw);
-}
-
 const rival rival_mittring2012 = {
     "mittring2012",
     "Mittring 2012 (Unreal Engine 4)",
     "[A13] listing 6",
     run,
-    denoise,
+    rival_blur_preset,
     2,
     {{"performance", 6, 1, 12, 2, {0.0f, 1.0f, 3.0f}}, {"quality", 32, 1, 64, 0, {0.0f, 1.0f, 3.0f}}}};

@@ -65,6 +65,8 @@ rival_output rival_fit_solve(const rival_fit *fit, double *rmse);
 
 /* [A13] section 5.3, listing 7: separable blur over `half_width` pixels on either side, weighed by depth and normals. */
 void rival_blur(const view *v, int half_width, float *scratch, float *visibility);
+/* The same as a rival's denoiser: half the width is the preset's. */
+void rival_blur_preset(const view *v, const rival_preset *p, float *scratch, float *visibility);
 
 /* ---- voxel cone tracing [TP16], on the meshes ---- */
 

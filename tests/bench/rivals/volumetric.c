@@ -37,15 +37,11 @@ static void run(const view *v, const rival_preset *p, float *scratch, float *raw
         }
 }
 
-static void denoise(const view *v, const rival_preset *p, float *scratch, float *raw) {
-    rival_blur(v, p->blur, scratch, raw);
-}
-
 const rival rival_volumetric = {
     "volumetric",
     "Volumetric obscurance (Loos and Sloan 2010)",
     "[A13] listing 4",
     run,
-    denoise,
+    rival_blur_preset,
     2,
     {{"performance", 24, 1, 48, 1, {0.5f, 1.01f, 8.0f}}, {"quality", 40, 1, 80, 0, {0.5f, 1.0f, 3.0f}}}};
