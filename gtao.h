@@ -2538,14 +2538,14 @@ GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const GTAOI_PIX
                 to = GV_SUB(GV_MUL(GV_SUB(GV_ADD(c1, c0), cc), no), GV_MUL(ds, p->nv));
                 tv = GV_SUB(GV_MUL(cc, p->nv), GV_MUL(ds, no));
             }
-            to = GV_IF(occluded, to), tv = GV_IF(occluded, tv);
-            /* o = (b - along r0 / |r0|) / |b_perp|, along = b.r0 / |r0| */
-            to = GV_MUL(to, GV_MUL(jacobian, inv_perp));
+            /* o = (b - along r0 / |r0|) / |b_perp|, along = b.r0 / |r0|. Masked last: the factors may overflow. */
+            to = GV_IF(occluded, GV_MUL(to, GV_MUL(jacobian, inv_perp)));
+            tv = GV_IF(occluded, GV_MUL(tv, jacobian));
             along = GV_MUL(f->along, p->inv_len);
             sum->bx = GV_ADD(sum->bx, GV_MUL(to, GV_SUB(f->bx, GV_MUL(along, p->rx))));
             sum->by = GV_ADD(sum->by, GV_MUL(to, GV_SUB(f->by, GV_MUL(along, p->ry))));
             sum->bz = GV_SUB(sum->bz, GV_MUL(to, along));
-            sum->bv = GV_ADD(sum->bv, GV_MUL(tv, jacobian));
+            sum->bv = GV_ADD(sum->bv, tv);
         }
     }
     sum->visible = GV_ADD(sum->visible, GV_MUL(weight, arc));

@@ -23,5 +23,6 @@ count() { if "$@"; then passed=$((passed + 1)); else failed=$((failed + 1)); fi;
 count "$out/fuzz_compute" -max_total_time="$seconds" -max_len=1024 -timeout=20 -print_final_stats=1 \
     -verbosity=0 -artifact_prefix="$out/" "$out/corpus"
 count "$out/replay" 2000
+count "$out/replay" tests/fuzz/found/*.bin # what was found before and must stay fixed
 echo "$passed passed, $failed failed"
 [ "$failed" = 0 ]
