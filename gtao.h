@@ -161,7 +161,18 @@ extern "C" {
     X(GTAO_ERROR_OUTPUT_STRIDE,                                                                                        \
       "visibility_stride, bent_stride, bent_components, packed_stride: rows overlap or are misaligned")                \
     X(GTAO_ERROR_SCRATCH, "scratch, context: null, or smaller than gtao_scratch_size()")                               \
-    X(GTAO_ERROR_MATRIX, "projection matrix: neither perspective nor orthographic")
+    X(GTAO_ERROR_MATRIX, "projection matrix: neither perspective nor orthographic")                                    \
+    X(GTAO_ERROR_SIGNAL, "signal_planes: must be 0 (2), 2 or 5, planes and rows multiples of 4 bytes apart")           \
+    X(GTAO_ERROR_FRAME, "frame: null pointer")                                                                         \
+    X(GTAO_ERROR_REDUCTION, "reduction: unknown")                                                                      \
+    X(GTAO_ERROR_SPATIAL, "spatial_passes: must be 0 (1) or 1..3")                                                     \
+    X(GTAO_ERROR_TOLERANCE, "depth_tolerance: must be zero (default) or finite and positive")                          \
+    X(GTAO_ERROR_HISTORY, "history: unknown")                                                                          \
+    X(GTAO_ERROR_MAX_HISTORY, "max_history: must be 0 (24) or 1..255")                                                 \
+    X(GTAO_ERROR_CLAMP_WINDOW, "clamp_window: must be zero (default) or finite and positive")                          \
+    X(GTAO_ERROR_VIEW_TO_PREVIOUS, "view_to_previous: must be finite")                                                 \
+    X(GTAO_ERROR_MOTION, "motion_stride, motion_components: 0 (2), 2 or 3 floats, rows apart by multiples of 4 bytes") \
+    X(GTAO_ERROR_STATE, "state, context: null, or smaller than gtao_frame_state_size()")
 
 typedef enum gtao_result {
 #define GTAOI_X(name, text) name,
@@ -290,6 +301,14 @@ typedef struct gtao_output {
 
     uint32_t *packed; /* gtao_pack(visibility, bent normal) */
     ptrdiff_t packed_stride;
+
+    float *signal; /* what a filter across pixels needs, as planes: visibility; weight of the pixel's slices, which is 1
+                    * on average over directions (a mean of visibilities so weighted is the estimator's over all their
+                    * slices); bent normal x, y, z before normalisation: the integral of V <n, w> w over pi, whose
+                    * length is 2/3 in the open (uniform weighting: of V w over 2 pi, 1/2) */
+    ptrdiff_t signal_stride;       /* bytes from row to row; 0: tightly packed */
+    ptrdiff_t signal_plane_stride; /* bytes from plane to plane; 0: height times signal_stride */
+    int signal_planes;             /* 2, or 5 with the bent normal; 0: 2 */
 } gtao_output;
 
 /* Counts, added to what is already there; a thread passes its own and sums them afterwards. */
@@ -335,6 +354,81 @@ GTAO_API int gtao_context_steps(const gtao_context *context); /* 0: every pixel 
 GTAO_API gtao_isa gtao_context_isa(const gtao_context *context);
 GTAO_API const char *gtao_isa_name(gtao_isa isa); /* "scalar", "sse2", ... */
 GTAO_API int gtao_isa_available(gtao_isa isa);    /* compiled in and supported here */
+
+/* ---- frames: half resolution, denoising in space and time, upsampling ------------------------------------------- */
+
+/* [J16] one slice a pixel, 16 directions over the pixels of a 4x4 window, 6 rotations and 4 offsets over 24 frames:
+ *   depth, normals -> reduce -> prepare -> horizons -> spatial filter -> temporal filter -> upsample -> output
+ * Everything that outlives a frame is in one block of the caller's memory, the state. */
+
+typedef enum gtao_reduction { /* of a block of 2x2 pixels to one at half resolution */
+                              GTAO_REDUCE_NEAREST = 0,
+                              GTAO_REDUCE_FARTHEST = 1,
+                              GTAO_REDUCE_CHECKERBOARD = 2 /* both in turn, moved to the block's centre on slopes */
+} gtao_reduction;
+
+typedef enum gtao_history {
+    GTAO_HISTORY_CLAMP = 0,    /* [J16] held within the low-passed neighbourhood of the new frame */
+    GTAO_HISTORY_VARIANCE = 1, /* shortened where the new frame lies outside its variance: for comparison */
+    GTAO_HISTORY_FREE = 2      /* neither: only disocclusion ends it */
+} gtao_history;
+
+typedef struct gtao_frame_desc {
+    gtao_desc desc; /* of the frame at full resolution. Its `frame` is added to the state's count of frames */
+
+    int half;                 /* nonzero: everything between reduce and upsample at half resolution */
+    gtao_reduction reduction; /* with half */
+
+    int no_spatial;        /* nonzero: no spatial filter */
+    int spatial_passes;    /* 1..3; 0: 1. The first covers 4x4 pixels, the others smooth what is left */
+    float depth_tolerance; /* relative difference of depth from the pixel's plane at which another's weight has fallen
+                            * to zero; orthographic: difference over the radius. 0: 0.1 [J16] */
+
+    int no_temporal; /* nonzero: no history */
+    gtao_history history;
+    int max_history;            /* frames at rest, 1..255; 0: 24, all phases of the noise */
+    float clamp_window;         /* [J16] the clamp's window is widened by this part of itself at rest; 0: 0.5 */
+    float view_to_previous[12]; /* 3x4 row-major: this frame's view space to the previous one's; all zero: at rest */
+    const float *motion;        /* null, or at full resolution, for each pixel, where its surface was in the previous
+                                * frame: x', y' minus x, y in pixels; replaces view_to_previous. Not finite: nowhere */
+    ptrdiff_t motion_stride;
+    int motion_components; /* floats a pixel: 0 (2), 2, or 3: the third is the previous view depth z' minus z */
+    int cut;               /* nonzero: forget the history */
+
+    int no_skip; /* nonzero: compute also what did not change; the results are the same */
+} gtao_frame_desc;
+
+/* Bytes of state for this description, or 0 if it is invalid. All frames of a sequence need the same size; when it or
+ * any other setting than camera, buffers and motion changes, the history starts anew. */
+GTAO_API size_t gtao_frame_state_size(const gtao_frame_desc *frame);
+
+/* One frame. `state` is zero (or anything, with `cut` set) before the first. `output` as in gtao_compute, without
+ * `signal`. `stats` may be null. */
+GTAO_API gtao_result gtao_frame(const gtao_frame_desc *frame, const gtao_output *output, void *state, size_t state_size,
+                                gtao_stats *stats);
+
+/* The same in stages: run units [begin, end) of a stage on any threads, all of a stage before any of the next.
+ *   for (s = 0; s < gtao_frame_stages(f); s++) gtao_frame_run(f, s, 0, gtao_frame_units(f, s), stats); */
+typedef struct gtao_frame_context gtao_frame_context; /* inside the state, valid until the next frame begins */
+GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_output *output, void *state,
+                                      size_t state_size, gtao_frame_context **context);
+GTAO_API int gtao_frame_stages(const gtao_frame_context *context);
+GTAO_API const char *gtao_frame_stage_name(const gtao_frame_context *context, int stage); /* "reduce", "horizons" ... */
+GTAO_API int gtao_frame_units(const gtao_frame_context *context, int stage);
+GTAO_API void gtao_frame_run(gtao_frame_context *context, int stage, int unit_begin, int unit_end, gtao_stats *stats);
+
+/* What lies between the stages, for those who show or compare it: planes at the resolution of the filters. Null where
+ * the frame has none. */
+typedef enum gtao_plane {
+    GTAO_PLANE_HEIGHT = 0,     /* radius / z, orthographic -z / sx; -2^100 where there is nothing */
+    GTAO_PLANE_RAW = 1,        /* visibility as integrated */
+    GTAO_PLANE_WEIGHT = 2,     /* its weight, see gtao_output.signal */
+    GTAO_PLANE_FILTERED = 3,   /* after the spatial filter */
+    GTAO_PLANE_VISIBILITY = 4, /* after the temporal filter */
+    GTAO_PLANE_LENGTH = 5      /* frames in the history */
+} gtao_plane;
+GTAO_API const float *gtao_frame_plane(const gtao_frame_context *context, gtao_plane plane, int *width, int *height,
+                                       ptrdiff_t *stride);
 
 /* ---- level 3: the formulas -------------------------------------------------------------------------------------- */
 
