@@ -971,6 +971,8 @@ struct gtao_context {
     uint32_t class_base;          /* bits of the least extent, shifted */
     int cosines;                  /* the search takes every cosine: memo estimator, thickness heuristic */
     int bent;                     /* bent normals are wanted */
+    int signal;                   /* planes of the signal that are wanted */
+    float weight_scale;           /* sum of the slices' Jacobians to the signal's weight, on the optical axis */
     float extent_min, extent_max; /* of the sphere of the radius on the plane z = 1 (orthographic: in pixels) */
     float max_radius;             /* cap in pixels */
     float bx1, by1, cx, cy;       /* r = ((x + 0.5 - cx) bx1, (y + 0.5 - cy) by1, 1); orthographic: (0, 0, 1) */
@@ -1105,7 +1107,7 @@ static gtao_result gtaoi_check_desc(const gtao_desc *d) {
 static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) {
     static const int bytes[] = {4, 1, 2};
     int components;
-    if (!o || (!o->visibility && !o->bent_normals && !o->packed))
+    if (!o || (!o->visibility && !o->bent_normals && !o->packed && !o->signal))
         return GTAO_ERROR_OUTPUT;
     if ((unsigned)o->visibility_format > GTAO_FORMAT_UNORM16)
         return GTAO_ERROR_OUTPUT_FORMAT;
@@ -1116,6 +1118,9 @@ static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) 
         (o->bent_normals && !gtaoi_stride_ok(o->bent_stride, d->width * components * 4, 4)) ||
         (o->packed && !gtaoi_stride_ok(o->packed_stride, d->width * 4, 4)))
         return GTAO_ERROR_OUTPUT_STRIDE;
+    if (o->signal && ((o->signal_planes != 0 && o->signal_planes != 2 && o->signal_planes != 5) ||
+                      !gtaoi_stride_ok(o->signal_stride, d->width * 4, 4) || o->signal_plane_stride % 4 != 0))
+        return GTAO_ERROR_SIGNAL;
     return GTAO_OK;
 }
 
@@ -1400,27 +1405,13 @@ static void gtaoi_fill_sky(float *row, ptrdiff_t n) {
         *row++ = GTAOI_SKY;
 }
 
-GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output, void *scratch, size_t scratch_size,
-                                gtao_context **context) {
-    gtao_result result = gtaoi_check_desc(desc);
-    gtaoi_layout l;
-    gtao_context *c;
-    char *base;
+/* All of the context but its tables. */
+static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, const gtaoi_layout *plan, gtao_context *c) {
+    const gtaoi_layout l = *plan;
     const gtao_camera *cam;
     float unit;
     int i, identity;
-    if (result == GTAO_OK)
-        result = gtaoi_check_output(desc, output);
-    if (result != GTAO_OK)
-        return result;
-    gtaoi_plan(desc, &l);
-    if (!scratch || scratch_size < l.total || !context)
-        return GTAO_ERROR_SCRATCH;
-    base = (char *)scratch + ((64 - ((uintptr_t)scratch & 63)) & 63);
-    c = (gtao_context *)(void *)base;
     memset(c, 0, sizeof *c);
-    *context = c;
-
     c->d = *desc;
     c->o = *output;
     c->d.isa = gtaoi_resolve_isa(desc->isa);
@@ -1442,6 +1433,11 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
         c->o.bent_stride = (ptrdiff_t)desc->width * c->o.bent_components * 4;
     if (!c->o.packed_stride)
         c->o.packed_stride = (ptrdiff_t)desc->width * 4;
+    if (!c->o.signal_stride)
+        c->o.signal_stride = (ptrdiff_t)desc->width * 4;
+    if (!c->o.signal_plane_stride)
+        c->o.signal_plane_stride = c->o.signal_stride * desc->height;
+    c->signal = !output->signal ? 0 : output->signal_planes ? output->signal_planes : 2;
 
     c->every_pixel = l.every_pixel, c->slices = l.slices, c->max_steps = l.max_steps;
     c->per_pixel_noise = l.per_pixel_noise, c->period = l.period;
@@ -1449,13 +1445,6 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
     c->extent_min = l.extent_min, c->extent_max = l.extent_max;
     c->pitch = l.pitch, c->segment = l.segment;
     c->max_radius = (float)l.max_radius;
-    c->w = (float *)(void *)(base + l.w);
-    c->slice = (gtaoi_slice *)(void *)(base + l.slice);
-    c->sample = (gtaoi_sample *)(void *)(base + l.sample);
-    c->taps = (gtaoi_taps *)(void *)(base + l.taps);
-    c->count = (int *)(void *)(base + l.count);
-    c->noise = (float *)(void *)(base + l.noise);
-    c->step = c->noise + 2 * 64 * (64 + GTAOI_LANES);
 
     /* Lengths are measured in units of the radius, so that a common power of two in depth and radius changes no bit and
      * nothing overflows; orthographic ones in pixels; unbounded perspective ones as they are. */
@@ -1467,7 +1456,7 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
     c->reach = gtaoi_min(desc->radius / unit, 1e18f); /* its square is finite */
     c->inner2 = (1.0f - desc->falloff) * (1.0f - desc->falloff);
     c->cosines = desc->estimator == GTAO_ESTIMATOR_MEMO || desc->thin_blend > 0.0f;
-    c->bent = output->bent_normals || output->packed;
+    c->bent = output->bent_normals || output->packed || c->signal == 5;
     c->inv_falloff = desc->falloff > 0.0f ? 1.0f / desc->falloff : 0.0f;
     c->z_sky = desc->sky_z > 0.0f ? desc->sky_z : (float)HUGE_VAL;
     if (c->orthographic) {
@@ -1494,6 +1483,10 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
             c->w_far = gtaoi_max(c->w_far, c->orthographic ? -desc->sky_z / unit : unit / desc->sky_z);
     }
 
+    c->weight_scale = c->bx1 * c->by1 / (float)l.slices;
+    if (desc->weighting == GTAO_WEIGHTING_UNIFORM)
+        c->weight_scale *= 0.5f;
+
     for (i = 0, identity = 1; i < 9; i++)
         identity &= desc->normal_to_view[i] == 0.0f;
     for (i = 0; i < 9; i++) {
@@ -1501,7 +1494,32 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
         c->to_view[i] = axis * (identity ? (i % 4 == 0 ? 1.0f : 0.0f) : desc->normal_to_view[i]);
         c->transform_normals |= c->to_view[i] != (i % 4 == 0 ? 1.0f : 0.0f);
     }
+}
 
+GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output, void *scratch, size_t scratch_size,
+                                gtao_context **context) {
+    gtao_result result = gtaoi_check_desc(desc);
+    gtaoi_layout l;
+    gtao_context *c;
+    char *base;
+    if (result == GTAO_OK)
+        result = gtaoi_check_output(desc, output);
+    if (result != GTAO_OK)
+        return result;
+    gtaoi_plan(desc, &l);
+    if (!scratch || scratch_size < l.total || !context)
+        return GTAO_ERROR_SCRATCH;
+    base = (char *)scratch + ((64 - ((uintptr_t)scratch & 63)) & 63);
+    c = (gtao_context *)(void *)base;
+    *context = c;
+    gtaoi_resolve(desc, output, &l, c);
+    c->w = (float *)(void *)(base + l.w);
+    c->slice = (gtaoi_slice *)(void *)(base + l.slice);
+    c->sample = (gtaoi_sample *)(void *)(base + l.sample);
+    c->taps = (gtaoi_taps *)(void *)(base + l.taps);
+    c->count = (int *)(void *)(base + l.count);
+    c->noise = (float *)(void *)(base + l.noise);
+    c->step = c->noise + 2 * 64 * (64 + GTAOI_LANES);
     gtaoi_fill_tables(c, &l);
     if (c->per_pixel_noise)
         gtaoi_fill_noise(c);
@@ -1559,11 +1577,15 @@ static void gtaoi_pad_row(const gtao_context *c, float *row) {
     }
 }
 
-/* Visibility v and bent normals b (3 floats a pixel) of n pixels from (x, y), in image order, to the caller's buffers.
- * */
-static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float *v, const float *b) {
+/* Visibility v, bent normals b (3 floats a pixel) and the further planes s of the signal of n pixels from (x, y), in
+ * image order, to the caller's buffers. */
+static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float *v, const float *b,
+                        float s[][4 * GTAOI_LANES]) {
     const gtao_output *o = &c->o;
     int i;
+    for (i = 0; i < c->signal; i++)
+        memcpy((char *)o->signal + i * o->signal_plane_stride + (ptrdiff_t)y * o->signal_stride + (ptrdiff_t)x * 4,
+               i ? s[i - 1] : v, (size_t)n * 4);
     if (o->visibility) {
         char *row = (char *)o->visibility + (ptrdiff_t)y * o->visibility_stride;
         if (o->visibility_format == GTAO_FORMAT_FLOAT) {
@@ -1595,6 +1617,13 @@ static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float 
             u[i] = gtaoi_pack(v[i], b[3 * i], b[3 * i + 1], b[3 * i + 2]);
         memcpy(row + (ptrdiff_t)x * 4, u, (size_t)n * 4);
     }
+}
+
+/* 1 + ry^2 of a row's rays. */
+static float gtaoi_ry2(const gtao_context *c, int y) {
+    GTAOI_NO_CONTRACT
+    float ry = gtaoi_clamp(((float)y + 0.5f - c->cy) * c->by1, -GTAOI_RAY_LIMIT, GTAOI_RAY_LIMIT);
+    return ry * ry + 1.0f;
 }
 
 GTAOI_INLINE int gtaoi_popcount(unsigned m) { /* of 16 bits */
@@ -1686,29 +1715,21 @@ static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int
 
 /* ---- dispatch --------------------------------------------------------------------------------------------------- */
 
+#if GTAOI_X86
+#define GTAOI_DISPATCH(isa, name, arguments)                                                                           \
+    ((isa) == GTAO_ISA_AVX512 ? name##_avx512 arguments                                                                \
+     : (isa) == GTAO_ISA_AVX2 ? name##_avx2 arguments                                                                  \
+     : (isa) == GTAO_ISA_SSE2 ? name##_sse2 arguments                                                                  \
+                              : name##_scalar arguments)
+#elif GTAOI_NEON
+#define GTAOI_DISPATCH(isa, name, arguments) ((isa) == GTAO_ISA_NEON ? name##_neon arguments : name##_scalar arguments)
+#else
+#define GTAOI_DISPATCH(isa, name, arguments) name##_scalar arguments
+#endif
+
 GTAO_API void gtao_prepare_rows(const gtao_context *context, int row_begin, int row_end) {
     row_begin = gtaoi_imax(row_begin, 0), row_end = gtaoi_imin(row_end, context->d.height);
-    switch (context->d.isa) {
-#if GTAOI_X86
-    case GTAO_ISA_SSE2:
-        gtaoi_prepare_sse2(context, row_begin, row_end);
-        break;
-    case GTAO_ISA_AVX2:
-        gtaoi_prepare_avx2(context, row_begin, row_end);
-        break;
-    case GTAO_ISA_AVX512:
-        gtaoi_prepare_avx512(context, row_begin, row_end);
-        break;
-#endif
-#if GTAOI_NEON
-    case GTAO_ISA_NEON:
-        gtaoi_prepare_neon(context, row_begin, row_end);
-        break;
-#endif
-    default:
-        gtaoi_prepare_scalar(context, row_begin, row_end);
-        break;
-    }
+    GTAOI_DISPATCH(context->d.isa, gtaoi_prepare, (context, row_begin, row_end));
 }
 
 GTAO_API void gtao_visibility_rows(const gtao_context *context, int row_begin, int row_end, gtao_stats *stats) {
@@ -1716,27 +1737,7 @@ GTAO_API void gtao_visibility_rows(const gtao_context *context, int row_begin, i
     if (!stats)
         memset(&unused, 0, sizeof unused), stats = &unused;
     row_begin = gtaoi_imax(row_begin, 0), row_end = gtaoi_imin(row_end, context->d.height);
-    switch (context->d.isa) {
-#if GTAOI_X86
-    case GTAO_ISA_SSE2:
-        gtaoi_visibility_sse2(context, row_begin, row_end, stats);
-        break;
-    case GTAO_ISA_AVX2:
-        gtaoi_visibility_avx2(context, row_begin, row_end, stats);
-        break;
-    case GTAO_ISA_AVX512:
-        gtaoi_visibility_avx512(context, row_begin, row_end, stats);
-        break;
-#endif
-#if GTAOI_NEON
-    case GTAO_ISA_NEON:
-        gtaoi_visibility_neon(context, row_begin, row_end, stats);
-        break;
-#endif
-    default:
-        gtaoi_visibility_scalar(context, row_begin, row_end, stats);
-        break;
-    }
+    GTAOI_DISPATCH(context->d.isa, gtaoi_visibility, (context, row_begin, row_end, stats));
 }
 
 GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *output, void *scratch, size_t scratch_size,
@@ -2009,16 +2010,46 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_floor)(GV a) {
 
 /* ---- prepare: depth to height ----------------------------------------------------------------------------------- */
 
+/* The caller's depth of column x to height; ry2 = 1 + ry^2 of the row. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_height)(const gtao_context *c, GV z, GV x, float ry2) {
+    GTAOI_NO_CONTRACT
+    const GV zero = GV_SET(0.0f);
+    GV height;
+    GM visible;
+    if (c->d.depth_kind == GTAO_DEPTH_DEVICE) { /* any bounded d; w_far is the far plane */
+        height = GV_ADD(GV_MUL(z, GV_SET(c->w_scale)), GV_SET(c->w_bias));
+        visible = GM_AND(GV_LT(GV_SET(c->w_far), height), GV_LT(height, GV_SET(FLT_MAX)));
+    } else if (c->orthographic) {
+        height = GV_MUL(z, GV_SET(c->w_scale));
+        visible = GV_LT(GV_ABS(z), GV_SET((float)HUGE_VAL));
+        if (c->d.depth_kind != GTAO_DEPTH_HEIGHT)
+            visible = GM_AND(GM_AND(visible, GV_LT(zero, z)), GV_LT(z, GV_SET(c->z_sky)));
+    } else {
+        GV numerator = GV_SET(c->w_numerator);
+        visible = GM_AND(GV_LT(zero, z), GV_LT(z, GV_SET(c->z_sky)));
+        if (c->d.depth_kind == GTAO_DEPTH_DISTANCE) { /* z = distance / |r| */
+            GV rx = GV_MUL(GV_SUB(GV_ADD(x, GV_SET(0.5f)), GV_SET(c->cx)), GV_SET(c->bx1));
+            numerator = GV_MUL(numerator, GV_SQRT(GV_ADD(GV_MUL(rx, rx), GV_SET(ry2))));
+        }
+        height = GV_DIV(numerator, z);
+    }
+    if (c->orthographic) {
+        height = GV_MAX(GV_MIN(height, GV_SET(GTAOI_ORTHO_LIMIT)), GV_SET(-GTAOI_ORTHO_LIMIT));
+    } else {
+        visible = GM_AND(visible, GV_LT(GV_SET(GTAOI_W_MIN), height));
+        height = GV_MIN(height, GV_SET(c->w_max));
+    }
+    return GV_SELECT(visible, height, GV_SET(GTAOI_SKY));
+}
+
 GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
     GTAOI_NO_CONTRACT
     const gtao_desc *d = &c->d;
-    const GV sky = GV_SET(GTAOI_SKY), zero = GV_SET(0.0f);
     int x, y, i, p, h = d->height, w = d->width;
     for (y = y0; y < y1; y++) {
         const float *depth = (const float *)(const void *)((const char *)d->depth + (ptrdiff_t)y * d->depth_stride);
         float *row = c->w + (ptrdiff_t)y * c->pitch;
-        float ry = gtaoi_clamp(((float)y + 0.5f - c->cy) * c->by1, -GTAOI_RAY_LIMIT, GTAOI_RAY_LIMIT),
-              ry2 = ry * ry + 1.0f;
+        float ry2 = gtaoi_ry2(c, y);
         for (x = 0; x < w; x += GTAOI_CHUNK) {
             float in[GTAOI_CHUNK], out[GTAOI_CHUNK];
             const float *from = depth + x;
@@ -2029,33 +2060,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
                 from = in;
             }
             for (i = 0; i < GTAOI_CHUNK; i += GTAOI_W) {
-                GV z = GV_LOAD(from + i), height;
-                GM visible;
-                if (d->depth_kind == GTAO_DEPTH_DEVICE) { /* any bounded d; w_far is the far plane */
-                    height = GV_ADD(GV_MUL(z, GV_SET(c->w_scale)), GV_SET(c->w_bias));
-                    visible = GM_AND(GV_LT(GV_SET(c->w_far), height), GV_LT(height, GV_SET(FLT_MAX)));
-                } else if (c->orthographic) {
-                    height = GV_MUL(z, GV_SET(c->w_scale));
-                    visible = GV_LT(GV_ABS(z), GV_SET((float)HUGE_VAL));
-                    if (d->depth_kind != GTAO_DEPTH_HEIGHT)
-                        visible = GM_AND(GM_AND(visible, GV_LT(zero, z)), GV_LT(z, GV_SET(c->z_sky)));
-                } else {
-                    GV numerator = GV_SET(c->w_numerator);
-                    visible = GM_AND(GV_LT(zero, z), GV_LT(z, GV_SET(c->z_sky)));
-                    if (d->depth_kind == GTAO_DEPTH_DISTANCE) { /* z = distance / |r| */
-                        GV rx = GV_ADD(GV_SET((float)(x + i)), GTAOI_NAME(gtaoi_iota)());
-                        rx = GV_MUL(GV_SUB(GV_ADD(rx, GV_SET(0.5f)), GV_SET(c->cx)), GV_SET(c->bx1));
-                        numerator = GV_MUL(numerator, GV_SQRT(GV_ADD(GV_MUL(rx, rx), GV_SET(ry2))));
-                    }
-                    height = GV_DIV(numerator, z);
-                }
-                if (c->orthographic) {
-                    height = GV_MAX(GV_MIN(height, GV_SET(GTAOI_ORTHO_LIMIT)), GV_SET(-GTAOI_ORTHO_LIMIT));
-                } else {
-                    visible = GM_AND(visible, GV_LT(GV_SET(GTAOI_W_MIN), height));
-                    height = GV_MIN(height, GV_SET(c->w_max));
-                }
-                GV_STORE(out + i, GV_SELECT(visible, height, sky));
+                GV column = GV_ADD(GV_SET((float)(x + i)), GTAOI_NAME(gtaoi_iota)());
+                GV_STORE(out + i, GTAOI_NAME(gtaoi_height)(c, GV_LOAD(from + i), column, ry2));
             }
             if (c->period == 1) {
                 memcpy(row + GTAOI_PAD + x, out, (size_t)n * sizeof(float));
@@ -2912,8 +2918,10 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slice)(const gtao_context *c, const GTAOI_PIXEL *
     }
 }
 
-/* The sums of a pixel to its visibility and bent normal (p->n). */
-GTAOI_FI GV GTAOI_NAME(gtaoi_finish)(const gtao_context *c, GTAOI_PIXEL *p, const GTAOI_SUM *sum, GM active) {
+/* The sums of a pixel to its visibility, its bent normal (p->n) and, at signal[0], [4], ..., the signal's other planes.
+ */
+GTAOI_FI GV GTAOI_NAME(gtaoi_finish)(const gtao_context *c, GTAOI_PIXEL *p, const GTAOI_SUM *sum, GM active,
+                                     GV *signal) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
     int cosine_weighted = c->d.weighting == GTAO_WEIGHTING_COSINE;
@@ -2923,6 +2931,11 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_finish)(const gtao_context *c, GTAOI_PIXEL *p, cons
     GM good = GV_LE(zero, GV_ABS(visible)); /* not NaN */
     visible = GV_SELECT(good, GV_MIN(GV_MAX(visible, zero), one), one);
     visible = GV_SELECT(active, visible, one);
+    if (c->signal) {
+        GV weight = GV_MUL(GV_MUL(sum->jacobian_open, p->inv_len), GV_SET(c->weight_scale));
+        weight = GV_MIN(GV_MAX(weight, GV_SET(1e-3f)), GV_SET(1e3f));
+        signal[0] = c->d.estimator == GTAO_ESTIMATOR_MEMO ? one : GV_SELECT(active, weight, one);
+    }
     if (c->bent) {
         /* [J19 Eq. 20-21] exact off axis: b = (2/3) n - sum J ((T_open - T)_o o + (T_open - T)_v v) / sum J a_open */
         GV share = GV_SET(cosine_weighted ? 2.0f / 3.0f : 0.5f), scale = GV_DIV(one, sum->jacobian_open), len2;
@@ -2934,6 +2947,11 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_finish)(const gtao_context *c, GTAOI_PIXEL *p, cons
         scale = GV_DIV(one, GV_SQRT(len2));
         /* nothing visible, or not finite: the normal */
         good = GM_AND(GM_AND(active, sum->occluded), GM_AND(GV_LE(GV_SET(1e-12f), len2), GV_LE(len2, GV_SET(FLT_MAX))));
+        if (c->signal == 5) {
+            signal[4] = GV_SELECT(good, bx, GV_MUL(share, p->nx));
+            signal[8] = GV_SELECT(good, by, GV_MUL(share, p->ny));
+            signal[12] = GV_SELECT(good, bz, GV_MUL(share, p->nz));
+        }
         p->nx = GV_SELECT(good, GV_MUL(bx, scale), p->nx);
         p->ny = GV_SELECT(good, GV_MUL(by, scale), p->ny);
         p->nz = GV_SELECT(good, GV_MUL(bz, scale), p->nz);
@@ -2952,9 +2970,9 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
         const uint8_t *mask = d->mask ? d->mask + (ptrdiff_t)y * d->mask_stride : 0;
         const float *row = gtaoi_row(c, y);
         for (x0 = 0; x0 < d->width; x0 += BLOCK) {
-            float wanted[BLOCK], image_v[BLOCK], image_b[3 * BLOCK];
+            float wanted[BLOCK], image_v[BLOCK], image_b[3 * BLOCK], image_s[4][4 * GTAOI_LANES];
             const float *at[4];
-            GV n[12], v[4], b[12]; /* normals and bent normals: [group][component] */
+            GV n[12], v[4], b[12], s[16]; /* normals, bent normals: [group][component]; signal: [plane][group] */
             GTAOI_PIXEL pixel[4];
             GTAOI_SUM sum[4];
             GM active[4];
@@ -3002,8 +3020,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                         GTAOI_NAME(gtaoi_integrate)(c, &pixel[g], &frame[g], &found[g], &sum[g]);
             }
             for (g = 0; g < groups; g++) {
-                if (GM_ANY(active[g]))
-                    v[g] = GTAOI_NAME(gtaoi_finish)(c, &pixel[g], &sum[g], active[g]);
+                if (GM_ANY(active[g])) {
+                    v[g] = GTAOI_NAME(gtaoi_finish)(c, &pixel[g], &sum[g], active[g], s + g);
+                } else if (c->signal) {
+                    GV share = GV_SET(d->weighting == GTAO_WEIGHTING_COSINE ? 2.0f / 3.0f : 0.5f);
+                    s[g] = GV_SET(1.0f), s[4 + g] = GV_MUL(share, pixel[g].nx);
+                    s[8 + g] = GV_MUL(share, pixel[g].ny), s[12 + g] = GV_MUL(share, pixel[g].nz);
+                }
                 if (c->bent)
                     b[3 * g] = pixel[g].nx, b[3 * g + 1] = pixel[g].ny, b[3 * g + 2] = pixel[g].nz;
             }
@@ -3012,9 +3035,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 if (c->bent)
                     for (i = 0; i < 3; i++)
                         GTAOI_NAME(gtaoi_store4)(image_b + 4 * i, 12, b + 4 * i);
+                for (i = 0; i < c->signal - 1; i++)
+                    GTAOI_NAME(gtaoi_store4)(image_s[i], 4, s + 4 * i);
             } else {
                 for (g = 0; g < groups; g++) {
                     GV_STORE(image_v + g * GTAOI_W, v[g]);
+                    for (i = 0; i < c->signal - 1; i++)
+                        GV_STORE(image_s[i] + g * GTAOI_W, s[4 * i + g]);
                     for (j = 0; c->bent && j < 3; j++) {
                         float component[GTAOI_W];
                         GV_STORE(component, b[3 * g + j]);
@@ -3024,7 +3051,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 }
             }
             stats->pixels += (uint64_t)count;
-            gtaoi_store(c, x0, y, count, image_v, image_b);
+            gtaoi_store(c, x0, y, count, image_v, image_b, image_s);
         }
     }
 }
