@@ -2081,9 +2081,9 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     f->bent = l.bent, f->passes = l.passes, f->temporal = l.temporal;
     f->pitch = l.pitch, f->plane = floats;
     f->tiles_x = l.tiles_x, f->tiles_y = l.tiles_y;
-    if (!f->f.depth_tolerance)
+    if (f->f.depth_tolerance == 0.0f)
         f->f.depth_tolerance = 0.1f;
-    if (!f->f.clamp_window)
+    if (f->f.clamp_window == 0.0f)
         f->f.clamp_window = 0.5f;
     if (!f->f.max_history)
         f->f.max_history = 24;
@@ -3678,7 +3678,7 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_choose)(const gtao_frame_context *f, const GV w[4],
     scale = GV_ADD(GV_MUL(chosen, GV_SET(f->tolerance_scale)), GV_SET(f->tolerance_bias));
     scale = GV_MUL(scale, half);
     across = GV_SUB(across, chosen), down = GV_SUB(down, chosen);
-    smooth = GM_AND(GV_LE(GV_ABS(across), scale), GV_LE(GV_ABS(down), scale));
+    smooth = GV_LE(GV_MAX(GV_ABS(across), GV_ABS(down)), scale);
     return GV_ADD(chosen, GV_IF(smooth, GV_MUL(half, GV_ADD(across, down))));
 }
 
@@ -4077,8 +4077,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int y0, in
                 length = GV_MUL(length, GV_SUB(one, part));
                 past[0] = clamped;
             } else if (f->f.history == GTAO_HISTORY_VARIANCE) {
-                /* beyond three deviations (of a normal distribution: 1.25 times the mean one) the history is shortened by
-                 * the square of the excess */
+                /* beyond three deviations (of a normal distribution: 1.25 times the mean one) the history is shortened
+                 * by the square of the excess */
                 GV chance = GV_MAX(GV_MUL(deviation, GV_SET(3.75f)), GV_SET(1e-3f));
                 GV excess = GV_DIV(chance, GV_MAX(change, chance));
                 length = GV_MUL(length, GV_MUL(excess, excess));
