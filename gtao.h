@@ -160,6 +160,8 @@ extern "C" {
     X(GTAO_ERROR_OUTPUT_FORMAT, "visibility_format: unknown")                                                          \
     X(GTAO_ERROR_OUTPUT_STRIDE,                                                                                        \
       "visibility_stride, bent_stride, bent_components, packed_stride: rows overlap or are misaligned")                \
+    X(GTAO_ERROR_OUTPUT_SH,                                                                                            \
+      "sh_bands, sh_stride, sh_plane_stride: 0 (3), 2 or 3 bands, rows and planes apart by multiples of 4 bytes")      \
     X(GTAO_ERROR_SCRATCH, "scratch, context: null, or smaller than gtao_scratch_size()")                               \
     X(GTAO_ERROR_MATRIX, "projection matrix: neither perspective nor orthographic")
 
@@ -290,6 +292,15 @@ typedef struct gtao_output {
 
     uint32_t *packed; /* gtao_pack(visibility, bent normal) */
     ptrdiff_t packed_stride;
+
+    /* Spherical harmonics of visibility times cosine, view space: c_i = 1/pi int V(w) max(n.w, 0) Y_i(w) dw, i < 9, in the
+     * order and scale of gtao_sh_basis. Light with coefficients L_i has irradiance pi sum c_i L_i; c_0 is 0.2820948 times
+     * the visibility, (c_3, c_1, c_2) 0.4886025 times the bent normal before it is normalised. Uniform weighting: 1/(2 pi)
+     * int V Y_i over the hemisphere. Both estimators: with the Jacobian. docs/directional.md. */
+    float *sh;                 /* coefficient i of pixel (x, y): (char *)sh + i sh_plane_stride + y sh_stride + 4 x */
+    ptrdiff_t sh_stride;       /* bytes from row to row */
+    ptrdiff_t sh_plane_stride; /* bytes from a coefficient's plane to the next; 0: height rows */
+    int sh_bands;              /* 0 (3: 9 coefficients), 2 (4) or 3 */
 } gtao_output;
 
 /* Counts, added to what is already there; a thread passes its own and sums them afterwards. */
@@ -352,6 +363,29 @@ GTAO_API float gtao_arc_uniform(float h_rad);
 /* [J19 Eq. 20-21] integral of the visible directions of a slice, cosine-weighted: t[0] along the slice's direction
  * perpendicular to the view vector, t[1] along the view vector. h0_rad <= 0 <= h1_rad. */
 GTAO_API void gtao_arc_bent(float h0_rad, float h1_rad, float n_rad, float t[2]);
+
+/* Real, orthonormal spherical harmonics of the unit vector d, no Condon-Shortley phase, up to band 2:
+ *   0.2820948,  0.4886025 (y, z, x),  1.0925484 xy, 1.0925484 yz, 0.3153916 (3 z^2 - 1), 1.0925484 xz,
+ *   0.5462742 (x^2 - y^2). */
+GTAO_API void gtao_sh_basis(const float d[3], float sh[9]);
+/* Coefficients of f(R^-1 w) from those of f; R row-major, a rotation or reflection: a probe from world to view space. */
+GTAO_API void gtao_sh_rotate(const float r[9], const float sh[9], float rotated[9]);
+/* The integrand of gtao_arc times Y_i(w), w = sin(theta) o + cos(theta) v, theta from h0_rad <= 0 to h1_rad >= 0: what the
+ * slice adds to gtao_output.sh before the factor 1/pi. */
+GTAO_API void gtao_arc_sh(float h0_rad, float h1_rad, float n_rad, const float o[3], const float v[3], float sh[9]);
+
+/* Cosine of the half-angle of the cone about the bent normal b that shows as much, visibility = n.b sin^2; at most a right
+ * angle. */
+GTAO_API float gtao_cone_cosine(float visibility, float n_dot_b);
+/* [J19] Section 4: the coefficients of gtao_output.sh where that cone is all that is visible, in closed form. Both unit. */
+GTAO_API void gtao_sh_from_cone(float visibility, const float bent_normal[3], const float normal[3], float sh[9]);
+
+/* Irradiance / pi (the light a white diffuse surface reflects) of a probe of 9 coefficients, RGB, view space, by the
+ * coefficients of one pixel; negative ones, which a band-limited probe has, become 0. */
+GTAO_API void gtao_irradiance(const float sh[9], const float probe[27], float rgb[3]);
+/* The same of rows [row_begin, row_end) of what was written to output->sh; rgb_stride bytes from row to row, 0: tight. */
+GTAO_API void gtao_irradiance_rows(const gtao_desc *desc, const gtao_output *output, const float probe[27], float *rgb,
+                                   ptrdiff_t rgb_stride, int row_begin, int row_end);
 
 /* [J16] multiple bounces: visibility and albedo in [0, 1] to the visibility that includes interreflection. */
 GTAO_API float gtao_multi_bounce(float visibility, float albedo);
@@ -690,6 +724,117 @@ GTAO_API void gtao_arc_bent(float h0_rad, float h1_rad, float n_rad, float t[2])
     t[1] = (-c03 - c13 + 8.0f * cn - 3.0f * (c0p + c1p)) / 12.0f;
 }
 
+#define GTAOI_SH0 0.28209479f  /* sqrt(1 / (4 pi)) */
+#define GTAOI_SH1 0.48860251f  /* sqrt(3 / (4 pi)) */
+#define GTAOI_SH2 1.09254843f  /* sqrt(15 / (4 pi)) */
+#define GTAOI_SH20 0.31539157f /* sqrt(5 / (16 pi)) */
+
+/* From moments of a function: its integral a, that of it times w, and times w w^T as xx, yy, zz, xy, yz, xz. */
+static void gtaoi_sh_of_moments(float a, const float b[3], const float m[6], float sh[9]) {
+    GTAOI_NO_CONTRACT
+    sh[0] = GTAOI_SH0 * a;
+    sh[1] = GTAOI_SH1 * b[1], sh[2] = GTAOI_SH1 * b[2], sh[3] = GTAOI_SH1 * b[0];
+    sh[4] = GTAOI_SH2 * m[3], sh[5] = GTAOI_SH2 * m[4], sh[7] = GTAOI_SH2 * m[5];
+    sh[6] = GTAOI_SH20 * (3.0f * m[2] - a);
+    sh[8] = GTAOI_SH2 * 0.5f * (m[0] - m[1]);
+}
+
+/* m = aa a a^T + ab (a b^T + b a^T) + bb b b^T */
+static void gtaoi_outer(float aa, float ab, float bb, const float a[3], const float b[3], float m[6]) {
+    GTAOI_NO_CONTRACT
+    int k;
+    for (k = 0; k < 6; k++) {
+        int i = k < 3 ? k : k == 4 ? 1 : 0, j = k < 3 ? k : k == 3 ? 1 : 2;
+        m[k] = aa * a[i] * a[j] + ab * (a[i] * b[j] + b[i] * a[j]) + bb * b[i] * b[j];
+    }
+}
+
+GTAO_API void gtao_sh_basis(const float d[3], float sh[9]) {
+    float m[6];
+    gtaoi_outer(1.0f, 0.0f, 0.0f, d, d, m);
+    gtaoi_sh_of_moments(1.0f, d, m, sh);
+}
+
+/* Band 2 is a symmetric matrix S without trace, f(w) = w^T S w; rotated it is R S R^T. */
+GTAO_API void gtao_sh_rotate(const float r[9], const float sh[9], float rotated[9]) {
+    GTAOI_NO_CONTRACT
+    float zz = 0.57735027f * sh[6], s[3][3], in[3], out[3], m[6] = {0};
+    int i, j, k, l;
+    in[0] = sh[3], in[1] = sh[1], in[2] = sh[2];
+    s[0][0] = sh[8] - zz, s[1][1] = -sh[8] - zz, s[2][2] = 2.0f * zz; /* times 2 / GTAOI_SH2 */
+    s[0][1] = s[1][0] = sh[4], s[1][2] = s[2][1] = sh[5], s[0][2] = s[2][0] = sh[7];
+    for (i = 0; i < 3; i++)
+        out[i] = r[3 * i] * in[0] + r[3 * i + 1] * in[1] + r[3 * i + 2] * in[2];
+    for (k = 0; k < 6; k++) {
+        i = k < 3 ? k : k == 4 ? 1 : 0, j = k < 3 ? k : k == 3 ? 1 : 2;
+        for (l = 0; l < 3; l++)
+            m[k] += r[3 * i + l] * (s[l][0] * r[3 * j] + s[l][1] * r[3 * j + 1] + s[l][2] * r[3 * j + 2]);
+    }
+    rotated[0] = sh[0];
+    rotated[1] = out[1], rotated[2] = out[2], rotated[3] = out[0];
+    rotated[4] = m[3], rotated[5] = m[4], rotated[7] = m[5];
+    rotated[6] = 0.86602540f * m[2], rotated[8] = 0.5f * (m[0] - m[1]);
+}
+
+/* docs/directional.md; of the sides, s = sin |h|, c = cos h. */
+GTAO_API void gtao_arc_sh(float h0_rad, float h1_rad, float n_rad, const float o[3], const float v[3], float sh[9]) {
+    GTAOI_NO_CONTRACT
+    float sn, cn, s0, c0, s1, c1, d, e, sss, a, to, tv, ov, vv, b[3], m[6];
+    int i;
+    h0_rad = gtaoi_clamp(h0_rad, -7.0f, 7.0f), h1_rad = gtaoi_clamp(h1_rad, -7.0f, 7.0f);
+    gtao_sincos(n_rad, &sn, &cn);
+    gtao_sincos(-h0_rad, &s0, &c0);
+    gtao_sincos(h1_rad, &s1, &c1);
+    d = (h1_rad - s1 * c1) + (h0_rad + s0 * c0);            /* 2 int sin^2 sgn */
+    e = d + 2.0f * (s1 * s1 * s1 * c1 - s0 * s0 * s0 * c0); /* 8 int sin^2 cos^2 sgn */
+    sss = s1 * s1 * s1 - s0 * s0 * s0;
+    a = 0.5f * (cn * (s0 * s0 + s1 * s1) + sn * d);
+    to = (cn * sss + sn * (4.0f - 3.0f * (c1 + c0) + (c1 * c1 * c1 + c0 * c0 * c0))) / 3.0f;
+    tv = (cn * (2.0f - c1 * c1 * c1 - c0 * c0 * c0) + sn * sss) / 3.0f;
+    ov = 0.125f * cn * e + 0.25f * sn * (s1 * s1 * s1 * s1 + s0 * s0 * s0 * s0);
+    vv = 0.25f * cn * (2.0f - c1 * c1 * c1 * c1 - c0 * c0 * c0 * c0) + 0.125f * sn * e;
+    for (i = 0; i < 3; i++)
+        b[i] = to * o[i] + tv * v[i];
+    gtaoi_outer(a - vv, ov, vv, o, v, m);
+    gtaoi_sh_of_moments(a, b, m, sh);
+}
+
+GTAO_API float gtao_cone_cosine(float visibility, float n_dot_b) {
+    GTAOI_NO_CONTRACT
+    float a = gtaoi_clamp(visibility, 0.0f, 1.0f), nb = gtaoi_clamp(n_dot_b, 0.0f, 1.0f);
+    return nb > a ? sqrtf(1.0f - a / nb) : 0.0f;
+}
+
+/* With c = n.b, t = n - c b, and of the cone's half-angle s its sine, u its cosine, over pi:
+ *   a = c s^2,  b: 2/3 c (1 - u^3) b + (2/3 - u + u^3/3) t,  m: c (1 - u^4) / 2 b b^T + s^4 / 4 (c (I - b b^T) + b t^T + t b^T)
+ */
+GTAO_API void gtao_sh_from_cone(float visibility, const float bent_normal[3], const float normal[3], float sh[9]) {
+    GTAOI_NO_CONTRACT
+    const float *b = bent_normal;
+    float c = gtaoi_clamp(b[0] * normal[0] + b[1] * normal[1] + b[2] * normal[2], 0.0f, 1.0f), t[3], first[3], m[6];
+    float u = gtao_cone_cosine(visibility, c), uu = u * u, ss = 1.0f - uu, s4 = 0.25f * ss * ss;
+    int i;
+    for (i = 0; i < 3; i++) {
+        t[i] = normal[i] - c * b[i];
+        first[i] = (2.0f * c * (1.0f - u * uu) * b[i] + (2.0f - 3.0f * u + u * uu) * t[i]) / 3.0f;
+    }
+    gtaoi_outer(c * (0.5f * (1.0f - uu * uu) - s4), s4, 0.0f, b, t, m);
+    for (i = 0; i < 3; i++)
+        m[i] += c * s4;
+    gtaoi_sh_of_moments(c * ss, first, m, sh);
+}
+
+GTAO_API void gtao_irradiance(const float sh[9], const float probe[27], float rgb[3]) {
+    GTAOI_NO_CONTRACT
+    int i, k;
+    for (k = 0; k < 3; k++) {
+        float sum = 0.0f;
+        for (i = 0; i < 9; i++)
+            sum += sh[i] * probe[3 * i + k];
+        rgb[k] = gtaoi_max(sum, 0.0f);
+    }
+}
+
 GTAO_API float gtao_multi_bounce(float visibility, float albedo) {
     GTAOI_NO_CONTRACT
     float a, b, c, x = gtaoi_clamp(visibility, 0.0f, 1.0f);
@@ -876,7 +1021,7 @@ struct gtao_context {
     int classes;
     uint32_t class_base;          /* bits of the least extent, shifted */
     int cosines;                  /* the search takes every cosine: memo estimator, thickness heuristic */
-    int bent;                     /* bent normals are wanted */
+    int bent;                     /* bent normals are wanted, or spherical harmonics */
     float extent_min, extent_max; /* of the sphere of the radius on the plane z = 1 (orthographic: in pixels) */
     float max_radius;             /* cap in pixels */
     float bx1, by1, cx, cy;       /* r = ((x + 0.5 - cx) bx1, (y + 0.5 - cy) by1, 1); orthographic: (0, 0, 1) */
@@ -934,6 +1079,10 @@ static int gtaoi_positive(float x) {
 static int gtaoi_stride_ok(ptrdiff_t stride, int row_bytes, int unit) {
     ptrdiff_t s = stride < 0 ? -stride : stride;
     return stride == 0 || (s >= row_bytes && s % unit == 0);
+}
+
+static int gtaoi_sh_count(const gtao_output *o) {
+    return o->sh_bands == 2 ? 4 : 9;
 }
 
 /* Order of the checks: order of the fields. */
@@ -1008,10 +1157,24 @@ static gtao_result gtaoi_check_desc(const gtao_desc *d) {
     return GTAO_OK;
 }
 
+/* The planes follow one another, or their rows alternate. */
+static int gtaoi_sh_ok(const gtao_desc *d, const gtao_output *o) {
+    uint64_t bytes = (uint64_t)d->width * 4, row = bytes, plane = (uint64_t)o->sh_plane_stride;
+    if ((o->sh_bands != 0 && o->sh_bands != 2 && o->sh_bands != 3) || !gtaoi_stride_ok(o->sh_stride, d->width * 4, 4))
+        return 0;
+    if (o->sh_stride)
+        row = (uint64_t)(o->sh_stride < 0 ? -o->sh_stride : o->sh_stride);
+    if (o->sh_plane_stride < 0)
+        plane = 0 - plane;
+    return plane == 0 || (plane % 4 == 0 && plane >= bytes &&
+                          ((plane - bytes) / row >= (uint64_t)d->height - 1 ||
+                           (row - bytes) / plane >= (uint64_t)gtaoi_sh_count(o) - 1));
+}
+
 static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) {
     static const int bytes[] = {4, 1, 2};
     int components;
-    if (!o || (!o->visibility && !o->bent_normals && !o->packed))
+    if (!o || (!o->visibility && !o->bent_normals && !o->packed && !o->sh))
         return GTAO_ERROR_OUTPUT;
     if ((unsigned)o->visibility_format > GTAO_FORMAT_UNORM16)
         return GTAO_ERROR_OUTPUT_FORMAT;
@@ -1022,6 +1185,8 @@ static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) 
         (o->bent_normals && !gtaoi_stride_ok(o->bent_stride, d->width * components * 4, 4)) ||
         (o->packed && !gtaoi_stride_ok(o->packed_stride, d->width * 4, 4)))
         return GTAO_ERROR_OUTPUT_STRIDE;
+    if (o->sh && !gtaoi_sh_ok(d, o))
+        return GTAO_ERROR_OUTPUT_SH;
     return GTAO_OK;
 }
 
@@ -1348,6 +1513,10 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
         c->o.bent_stride = (ptrdiff_t)desc->width * c->o.bent_components * 4;
     if (!c->o.packed_stride)
         c->o.packed_stride = (ptrdiff_t)desc->width * 4;
+    if (!c->o.sh_stride)
+        c->o.sh_stride = (ptrdiff_t)desc->width * 4;
+    if (!c->o.sh_plane_stride)
+        c->o.sh_plane_stride = (ptrdiff_t)desc->height * (c->o.sh_stride < 0 ? -c->o.sh_stride : c->o.sh_stride);
 
     c->every_pixel = l.every_pixel, c->slices = l.slices, c->max_steps = l.max_steps;
     c->per_pixel_noise = l.per_pixel_noise, c->period = l.period;
@@ -1373,7 +1542,7 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
     c->reach = gtaoi_min(desc->radius / unit, 1e18f); /* its square is finite */
     c->inner2 = (1.0f - desc->falloff) * (1.0f - desc->falloff);
     c->cosines = desc->estimator == GTAO_ESTIMATOR_MEMO || desc->thin_blend > 0.0f;
-    c->bent = output->bent_normals || output->packed;
+    c->bent = output->bent_normals || output->packed || output->sh;
     c->inv_falloff = desc->falloff > 0.0f ? 1.0f / desc->falloff : 0.0f;
     c->z_sky = desc->sky_z > 0.0f ? desc->sky_z : (float)HUGE_VAL;
     if (c->orthographic) {
@@ -1642,6 +1811,25 @@ GTAO_API void gtao_visibility_rows(const gtao_context *context, int row_begin, i
     default:
         gtaoi_visibility_scalar(context, row_begin, row_end, stats);
         break;
+    }
+}
+
+GTAO_API void gtao_irradiance_rows(const gtao_desc *desc, const gtao_output *output, const float probe[27], float *rgb,
+                                   ptrdiff_t rgb_stride, int row_begin, int row_end) {
+    ptrdiff_t row = output->sh_stride ? output->sh_stride : (ptrdiff_t)desc->width * 4, plane = output->sh_plane_stride;
+    int x, y, i, n = gtaoi_sh_count(output);
+    float sh[9] = {0};
+    if (!plane)
+        plane = (ptrdiff_t)desc->height * (row < 0 ? -row : row);
+    row_begin = gtaoi_imax(row_begin, 0), row_end = gtaoi_imin(row_end, desc->height);
+    for (y = row_begin; y < row_end; y++) {
+        const char *from = (const char *)output->sh + (ptrdiff_t)y * row;
+        char *to = (char *)rgb + (ptrdiff_t)y * (rgb_stride ? rgb_stride : (ptrdiff_t)desc->width * 12);
+        for (x = 0; x < desc->width; x++) {
+            for (i = 0; i < n; i++)
+                memcpy(&sh[i], from + (ptrdiff_t)i * plane + (ptrdiff_t)x * 4, sizeof sh[i]);
+            gtao_irradiance(sh, probe, (float *)(void *)(to + (ptrdiff_t)x * 12));
+        }
     }
 }
 
@@ -2554,6 +2742,140 @@ GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const GTAOI_PIX
     sum->occluded = GM_OR(sum->occluded, occluded);
 }
 
+/* ---- spherical harmonics ------------------------------------------------------------------------------------------ */
+
+/* Sums of second moments over the slices of a pixel, for spherical harmonics: of what a slice lacks to the open one. */
+#define GTAOI_MOMENTS GTAOI_NAME(gtaoi_moments)
+typedef struct GTAOI_MOMENTS {
+    GV lost;                   /* sum J (open - a) */
+    GV vv, xv, yv, xx, xy, yy; /* sum J (M_open - M) along v v, q v and q q, q = b / |b_perp|; o is linear in q */
+} GTAOI_MOMENTS;
+
+/* M = M_oo o o^T + M_ov (o v^T + v o^T) + M_vv v v^T = int V (np.w) w w^T |sin|, in the terms of gtaoi_integrate, D = h1 -
+ * h0 - s1 c1 + s0 c0 and E = D + 2 (s1^3 c1 - s0^3 c0):
+ *   M_vv = (2 - c1^4 - c0^4) n.v / 4 + E n.o / 8,   M_ov = E n.v / 8 + (s1^4 + s0^4) n.o / 4,   M_oo = a - M_vv
+ * and uniformly weighted M_vv = (2 - c1^3 - c0^3) / 3, M_ov = (s1^3 - s0^3) / 3. Open: s = cos n, c = -+ sin n. */
+GTAOI_FN void GTAOI_NAME(gtaoi_integrate_sh)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                             const GTAOI_HORIZONS *s, GTAOI_MOMENTS *sum) {
+    GTAOI_NO_CONTRACT
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), two = GV_SET(2.0f), quarter = GV_SET(0.25f);
+    GM occluded = GV_LT(one, zero);
+    GV k1 = GTAOI_NAME(gtaoi_kappa)(c, f, s, 0, &occluded), k0 = GTAOI_NAME(gtaoi_kappa)(c, f, s, 1, &occluded);
+    GV ss1, ss0, cc1, cc0, lost, vv, ov, oo, jacobian = GV_MUL(f->inv_perp, f->inv_perp), qx, qy;
+    if (!GM_ANY(occluded))
+        return;
+    ss1 = GV_DIV(one, GV_ADD(one, GV_MUL(k1, k1))), ss0 = GV_DIV(one, GV_ADD(one, GV_MUL(k0, k0)));
+    cc1 = GV_MUL(GV_MUL(k1, k1), ss1), cc0 = GV_MUL(GV_MUL(k0, k0), ss0);
+    if (c->d.weighting == GTAO_WEIGHTING_UNIFORM) {
+        GV s1 = GV_SQRT(ss1), s0 = GV_SQRT(ss0), c1 = GV_MUL(k1, s1), c0 = GV_MUL(k0, s0), third = GV_SET(1.0f / 3.0f);
+        lost = GV_ADD(c1, c0);
+        vv = GV_MUL(third, GV_ADD(GV_MUL(c1, cc1), GV_MUL(c0, cc0)));
+        ov = GV_MUL(third, GV_SUB(GV_MUL(s0, ss0), GV_MUL(s1, ss1)));
+    } else { /* open - occluded of D, E / 8, s^2 and s^4; t = tan n, sc = sin n cos n, cc = cos^2 n */
+        GV t = GV_SUB(zero, f->kappa_tangent), cc = GV_DIV(one, GV_ADD(one, GV_MUL(t, t))), sc = GV_MUL(t, cc);
+        GV sc1 = GV_MUL(k1, ss1), sc0 = GV_MUL(k0, ss0), d, e, s2, s4, c4, tsc = GV_MUL(t, sc);
+        d = GTAOI_NAME(gtaoi_atan2)(GV_SUB(k0, k1), GV_ADD(one, GV_MUL(k0, k1)));
+        d = GV_SUB(GV_MUL(two, GV_ADD(f->n, sc)), GV_ADD(GV_SUB(d, sc1), sc0));
+        e = GV_ADD(GV_MUL(two, GV_MUL(sc, cc)), GV_SUB(GV_MUL(sc1, ss1), GV_MUL(sc0, ss0)));
+        e = GV_MUL(GV_SET(0.125f), GV_SUB(d, GV_MUL(two, e)));
+        s2 = GV_SUB(GV_MUL(two, cc), GV_ADD(ss1, ss0));
+        s4 = GV_SUB(GV_MUL(two, GV_MUL(cc, cc)), GV_ADD(GV_MUL(ss1, ss1), GV_MUL(ss0, ss0)));
+        c4 = GV_SUB(GV_ADD(GV_MUL(cc1, cc1), GV_MUL(cc0, cc0)), GV_MUL(two, GV_MUL(tsc, tsc)));
+        lost = GV_MUL(GV_SET(0.5f), GV_ADD(GV_MUL(s2, p->nv), GV_MUL(d, f->no)));
+        vv = GV_ADD(GV_MUL(GV_MUL(quarter, c4), p->nv), GV_MUL(e, f->no));
+        ov = GV_ADD(GV_MUL(e, p->nv), GV_MUL(GV_MUL(quarter, s4), f->no));
+    }
+    /* Masked last: the factors may overflow. */
+    oo = GV_IF(occluded, GV_MUL(jacobian, GV_SUB(lost, vv)));
+    lost = GV_IF(occluded, GV_MUL(jacobian, lost));
+    vv = GV_IF(occluded, GV_MUL(jacobian, vv));
+    ov = GV_IF(occluded, GV_MUL(jacobian, ov));
+    qx = GV_MUL(f->bx, f->inv_perp), qy = GV_MUL(f->by, f->inv_perp);
+    sum->lost = GV_ADD(sum->lost, lost);
+    sum->vv = GV_ADD(sum->vv, vv);
+    sum->xv = GV_ADD(sum->xv, GV_IF(occluded, GV_MUL(ov, qx)));
+    sum->yv = GV_ADD(sum->yv, GV_IF(occluded, GV_MUL(ov, qy)));
+    sum->xx = GV_ADD(sum->xx, GV_IF(occluded, GV_MUL(GV_MUL(oo, qx), qx)));
+    sum->xy = GV_ADD(sum->xy, GV_IF(occluded, GV_MUL(GV_MUL(oo, qx), qy)));
+    sum->yy = GV_ADD(sum->yy, GV_IF(occluded, GV_MUL(GV_MUL(oo, qy), qy)));
+}
+
+/* The sums of a pixel to its coefficients. p->n is still the normal. */
+GTAOI_FN void GTAOI_NAME(gtaoi_finish_sh)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_SUM *sum,
+                                          const GTAOI_MOMENTS *m, GM active, GV sh[9]) {
+    GTAOI_NO_CONTRACT
+    static const int rows[6] = {0, 1, 2, 0, 1, 0}, columns[6] = {0, 1, 2, 1, 2, 2}; /* xx, yy, zz, xy, yz, xz */
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    const int cosine = c->d.weighting == GTAO_WEIGHTING_COSINE;
+    GV scale = GV_DIV(one, sum->jacobian_open), along = GV_MUL(sum->bv, p->inv_len), n[3], r[3], e[3][3], s[3][3];
+    GV lost[10], value[10], size = zero; /* moments: w, then 1, then w w^T */
+    GM good;
+    int i, j;
+    n[0] = p->nx, n[1] = p->ny, n[2] = p->nz;
+    r[0] = GV_MUL(p->rx, p->inv_len), r[1] = GV_MUL(p->ry, p->inv_len), r[2] = p->inv_len;
+    lost[0] = GV_SUB(sum->bx, GV_MUL(along, p->rx)), lost[1] = GV_SUB(sum->by, GV_MUL(along, p->ry));
+    lost[2] = GV_SUB(sum->bz, along), lost[3] = m->lost;
+    for (i = 0; i < 3; i++) { /* o = qx e0 + qy e1, v = e2; e0 = x - (x.r) r, r = r0 / |r0| */
+        e[0][i] = GV_SUB(i == 0 ? one : zero, GV_MUL(r[0], r[i]));
+        e[1][i] = GV_SUB(i == 1 ? one : zero, GV_MUL(r[1], r[i]));
+        e[2][i] = GV_SUB(zero, r[i]);
+        s[0][i] = GV_ADD(GV_ADD(GV_MUL(m->xx, e[0][i]), GV_MUL(m->xy, e[1][i])), GV_MUL(m->xv, e[2][i]));
+        s[1][i] = GV_ADD(GV_ADD(GV_MUL(m->xy, e[0][i]), GV_MUL(m->yy, e[1][i])), GV_MUL(m->yv, e[2][i]));
+        s[2][i] = GV_ADD(GV_ADD(GV_MUL(m->xv, e[0][i]), GV_MUL(m->yv, e[1][i])), GV_MUL(m->vv, e[2][i]));
+    }
+    for (i = 0; i < 6; i++)
+        lost[4 + i] = GV_ADD(GV_ADD(GV_MUL(e[0][rows[i]], s[0][columns[i]]), GV_MUL(e[1][rows[i]], s[1][columns[i]])),
+                             GV_MUL(e[2][rows[i]], s[2][columns[i]]));
+    for (i = 0; i < 10; i++) {
+        lost[i] = GV_MUL(scale, lost[i]);
+        size = GV_ADD(size, GV_ABS(lost[i]));
+    }
+    /* What is open has 1, 2/3 n, (I + n n^T) / 4, or uniformly 1, n / 2, I / 3; not finite: as if open. */
+    good = GM_AND(GM_AND(active, sum->occluded), GV_LE(size, GV_SET(FLT_MAX)));
+    for (i = 0; i < 10; i++) {
+        j = i - 4;
+        value[i] = i < 3 ? GV_MUL(GV_SET(cosine ? 2.0f / 3.0f : 0.5f), n[i]) : GV_SET(i < 7 ? 1.0f / 3.0f : 0.0f);
+        if (i == 3)
+            value[i] = one;
+        if (i > 3 && cosine)
+            value[i] = GV_MUL(GV_SET(0.25f), GV_ADD(GV_MUL(n[rows[j]], n[columns[j]]), i < 7 ? one : zero));
+        value[i] = GV_SUB(value[i], GV_IF(good, lost[i]));
+    }
+    for (i = 0; i < 10; i++) /* no moment is larger than 1 */
+        value[i] = GV_MAX(GV_MIN(value[i], one), i == 3 ? zero : GV_SET(-1.0f));
+    sh[0] = GV_MUL(GV_SET(GTAOI_SH0), value[3]);
+    sh[1] = GV_MUL(GV_SET(GTAOI_SH1), value[1]);
+    sh[2] = GV_MUL(GV_SET(GTAOI_SH1), value[2]);
+    sh[3] = GV_MUL(GV_SET(GTAOI_SH1), value[0]);
+    sh[4] = GV_MUL(GV_SET(GTAOI_SH2), value[7]);
+    sh[5] = GV_MUL(GV_SET(GTAOI_SH2), value[8]);
+    sh[6] = GV_MUL(GV_SET(GTAOI_SH20), GV_SUB(GV_MUL(GV_SET(3.0f), value[6]), value[3]));
+    sh[7] = GV_MUL(GV_SET(GTAOI_SH2), value[9]);
+    sh[8] = GV_MUL(GV_SET(0.5f * GTAOI_SH2), GV_SUB(value[4], value[5]));
+}
+
+/* The coefficients of a block of pixels, as in gtaoi_visibility, to the caller's planes. */
+GTAOI_FN void GTAOI_NAME(gtaoi_store_sh)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_SUM *sum,
+                                         const GTAOI_MOMENTS *m, const GM *active, int groups, int x, int y,
+                                         int count) {
+    float image[4 * GTAOI_W];
+    GV sh[4][9], plane[4];
+    int i, g;
+    for (g = 0; g < groups; g++)
+        GTAOI_NAME(gtaoi_finish_sh)(c, p + g, sum + g, m + g, active[g], sh[g]);
+    for (i = 0; i < gtaoi_sh_count(&c->o); i++) {
+        char *row = (char *)c->o.sh + (ptrdiff_t)i * c->o.sh_plane_stride + (ptrdiff_t)y * c->o.sh_stride;
+        for (g = 0; g < groups; g++) {
+            plane[g] = sh[g][i];
+            if (c->period != 4)
+                GV_STORE(image + g * GTAOI_W, plane[g]);
+        }
+        if (c->period == 4)
+            GTAOI_NAME(gtaoi_store4)(image, 4, plane);
+        memcpy(row + (ptrdiff_t)x * 4, image, (size_t)count * 4);
+    }
+}
+
 /* ---- normals ---------------------------------------------------------------------------------------------------- */
 
 /* Derivative of w along one axis: of the two sides the one whose next pixel it predicts better; zero if neither side
@@ -2863,6 +3185,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
             GV n[12], v[4], b[12]; /* normals and bent normals: [group][component] */
             GTAOI_PIXEL pixel[4];
             GTAOI_SUM sum[4];
+            GTAOI_MOMENTS moments[4];
             GM active[4];
             int count = gtaoi_imin(BLOCK, d->width - x0), j, partial = mask || count < BLOCK;
             int groups = period == 4 ? 4 : (count + GTAOI_W - 1) / GTAOI_W, any = 0;
@@ -2885,6 +3208,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 sum[g].visible = sum[g].open = sum[g].bx = sum[g].by = sum[g].bz = sum[g].bv = GV_SET(0.0f);
                 sum[g].jacobian_open = GV_SET(0.0f);
                 sum[g].occluded = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
+                if (c->o.sh)
+                    memset(&moments[g], 0, sizeof moments[g]);
                 v[g] = GV_SET(1.0f);
             }
             for (k = 0; any && k < c->slices; k++) {
@@ -2906,7 +3231,12 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 for (g = 0; g < groups; g++)
                     if (GM_ANY(active[g]))
                         GTAOI_NAME(gtaoi_integrate)(c, &pixel[g], &frame[g], &found[g], &sum[g]);
+                for (g = 0; c->o.sh && g < groups; g++)
+                    if (GM_ANY(active[g]))
+                        GTAOI_NAME(gtaoi_integrate_sh)(c, &pixel[g], &frame[g], &found[g], &moments[g]);
             }
+            if (c->o.sh)
+                GTAOI_NAME(gtaoi_store_sh)(c, pixel, sum, moments, active, groups, x0, y, count);
             for (g = 0; g < groups; g++) {
                 if (GM_ANY(active[g]))
                     v[g] = GTAOI_NAME(gtaoi_finish)(c, &pixel[g], &sum[g], active[g]);
@@ -2945,6 +3275,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
 #undef GTAOI_HORIZONS
 #undef GTAOI_SAMPLE
 #undef GTAOI_SUM
+#undef GTAOI_MOMENTS
 #undef GV_SET
 #undef GV_LOAD
 #undef GV_STORE

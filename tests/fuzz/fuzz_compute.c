@@ -186,6 +186,9 @@ static void check_values(const result *r, const input *in, int width, int height
             for (int i = 0; i < 4; i++)
                 n[i] = plane_float(&r->bent, y, 4 * x + i);
             length2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+            for (int i = 0; i < 9; i++)
+                if (!(fabsf(plane_float(&r->sh, i * height + y, x)) < 1.3f))
+                    bad = "spherical harmonic out of range";
             if (!float_finite(v) || !(v >= 0.0f && v <= 1.0f))
                 bad = "visibility outside [0, 1]";
             else if (memcmp(&v, &n[3], sizeof v) != 0)

@@ -15,6 +15,11 @@ long double ref_arc(long double h_rad, long double n_rad);
 long double ref_arc_uniform(long double h_rad);
 /* Integral of cos(theta - n) |sin(theta)| (sin(theta), cos(theta)) from h0 to h1: components along o and v. */
 void ref_arc_bent(long double h0_rad, long double h1_rad, long double n_rad, long double t[2]);
+/* Real spherical harmonic of the unit vector d: index l (l + 1) + m, l <= 2. */
+long double ref_sh(int index, const long double d[3]);
+/* Integral of cos(theta - n) |sin(theta)| Y_i(sin(theta) o + cos(theta) v) from h0 to h1, uniform: without the cosine. */
+void ref_arc_sh(long double h0_rad, long double h1_rad, long double n_rad, int uniform, const double o[3],
+                const double v[3], double sh[9]);
 
 /* ---- scenes.c: images with exact depth and normals --------------------------------------------------------------- */
 

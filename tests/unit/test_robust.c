@@ -52,6 +52,11 @@ static void check_values(const result *r, int width, int height, const char *wha
             float v = plane_get(&r->visibility, y, x), bx = plane_get(&r->bent, y, 3 * x),
                   by = plane_get(&r->bent, y, 3 * x + 1), bz = plane_get(&r->bent, y, 3 * x + 2);
             double length = sqrt((double)bx * (double)bx + (double)by * (double)by + (double)bz * (double)bz);
+            for (int i = 0; i < 9; i++) {
+                float c = plane_get(&r->sh, i * height + y, x);
+                if (!float_finite(c) || !(fabs((double)c) < 1.3))
+                    fail_msg("%s: coefficient %d is %g at (%d, %d)", what, i, (double)c, x, y);
+            }
             if (!float_finite(v) || !(v >= 0.0f && v <= 1.0f))
                 fail_msg("%s: visibility %g at (%d, %d)", what, (double)v, x, y);
             if (!float_finite(bx) || !float_finite(by) || !float_finite(bz) || !(fabs(length - 1.0) < 1e-4))
