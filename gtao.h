@@ -312,10 +312,10 @@ typedef struct gtao_output {
     ptrdiff_t signal_plane_stride; /* bytes from plane to plane; 0: height times signal_stride */
     int signal_planes;             /* 2, or 5 with the bent normal; 0: 2 */
 
-    /* Spherical harmonics of visibility times cosine, view space: c_i = 1/pi int V(w) max(n.w, 0) Y_i(w) dw, i < 9, in the
-     * order and scale of gtao_sh_basis. Light with coefficients L_i has irradiance pi sum c_i L_i; c_0 is 0.2820948 times
-     * the visibility, (c_3, c_1, c_2) 0.4886025 times the bent normal before it is normalised. Uniform weighting: 1/(2 pi)
-     * int V Y_i over the hemisphere. Both estimators: with the Jacobian. docs/directional.md. */
+    /* Spherical harmonics of visibility times cosine, view space: c_i = 1/pi int V(w) max(n.w, 0) Y_i(w) dw, i < 9, in
+     * the order and scale of gtao_sh_basis. Light with coefficients L_i has irradiance pi sum c_i L_i; c_0 is 0.2820948
+     * times the visibility, (c_3, c_1, c_2) 0.4886025 times the bent normal before it is normalised. Uniform weighting:
+     * 1/(2 pi) int V Y_i over the hemisphere. Both estimators: with the Jacobian. docs/directional.md. */
     float *sh;                 /* coefficient i of pixel (x, y): (char *)sh + i sh_plane_stride + y sh_stride + 4 x */
     ptrdiff_t sh_stride;       /* bytes from row to row */
     ptrdiff_t sh_plane_stride; /* bytes from plane to plane; 0: height times sh_stride */
@@ -458,26 +458,27 @@ GTAO_API float gtao_arc_uniform(float h_rad);
  * perpendicular to the view vector, t[1] along the view vector. h0_rad <= 0 <= h1_rad. */
 GTAO_API void gtao_arc_bent(float h0_rad, float h1_rad, float n_rad, float t[2]);
 
-/* Real, orthonormal spherical harmonics of the unit vector d, no Condon-Shortley phase, up to band 2:
- *   0.2820948,  0.4886025 (y, z, x),  1.0925484 xy, 1.0925484 yz, 0.3153916 (3 z^2 - 1), 1.0925484 xz,
- *   0.5462742 (x^2 - y^2). */
+/* Real, orthonormal spherical harmonics of the unit vector d, no Condon-Shortley phase, up to band 2: 0.2820948;
+ * 0.4886025 (y, z, x); 1.0925484 xy, 1.0925484 yz, 0.3153916 (3 z^2 - 1), 1.0925484 xz, 0.5462742 (x^2 - y^2). */
 GTAO_API void gtao_sh_basis(const float d[3], float sh[9]);
-/* Coefficients of f(R^-1 w) from those of f; R row-major, a rotation or reflection: a probe from world to view space. */
+/* Coefficients of f(R^-1 w) from those of f, R row-major, a rotation or reflection: probes from world to view space. */
 GTAO_API void gtao_sh_rotate(const float r[9], const float sh[9], float rotated[9]);
-/* The integrand of gtao_arc times Y_i(w), w = sin(theta) o + cos(theta) v, theta from h0_rad <= 0 to h1_rad >= 0: what the
- * slice adds to gtao_output.sh before the factor 1/pi. */
+/* The integrand of gtao_arc times Y_i(w), w = sin(theta) o + cos(theta) v, theta from h0_rad <= 0 to h1_rad >= 0: what
+ * the slice adds to gtao_output.sh before the factor 1/pi. */
 GTAO_API void gtao_arc_sh(float h0_rad, float h1_rad, float n_rad, const float o[3], const float v[3], float sh[9]);
 
-/* Cosine of the half-angle of the cone about the bent normal b that shows as much, visibility = n.b sin^2; at most a right
- * angle. */
+/* Cosine of the half-angle of the cone about the bent normal b that shows as much: visibility = n.b sin^2; at most a
+ * right angle. */
 GTAO_API float gtao_cone_cosine(float visibility, float n_dot_b);
-/* [J19] Section 4: the coefficients of gtao_output.sh where that cone is all that is visible, in closed form. Both unit. */
+/* [J19] Section 4: the coefficients of gtao_output.sh where that cone is all that is visible, in closed form. Unit
+ * vectors. */
 GTAO_API void gtao_sh_from_cone(float visibility, const float bent_normal[3], const float normal[3], float sh[9]);
 
-/* Irradiance / pi (the light a white diffuse surface reflects) of a probe of 9 coefficients, RGB, view space, by the
- * coefficients of one pixel; negative ones, which a band-limited probe has, become 0. */
+/* Irradiance / pi (the light a white diffuse surface reflects) of a probe, 9 coefficients of 3 channels in view space,
+ * by the coefficients of one pixel; below zero, where a band-limited probe can lead, 0. */
 GTAO_API void gtao_irradiance(const float sh[9], const float probe[27], float rgb[3]);
-/* The same of rows [row_begin, row_end) of what was written to output->sh; rgb_stride bytes from row to row, 0: tight. */
+/* The same of rows [row_begin, row_end) of what was written to output->sh; rgb_stride bytes from row to row, 0: tightly
+ * packed. */
 GTAO_API void gtao_irradiance_rows(const gtao_desc *desc, const gtao_output *output, const float probe[27], float *rgb,
                                    ptrdiff_t rgb_stride, int row_begin, int row_end);
 
@@ -900,8 +901,8 @@ GTAO_API float gtao_cone_cosine(float visibility, float n_dot_b) {
 }
 
 /* With c = n.b, t = n - c b, and of the cone's half-angle s its sine, u its cosine, over pi:
- *   a = c s^2,  b: 2/3 c (1 - u^3) b + (2/3 - u + u^3/3) t,  m: c (1 - u^4) / 2 b b^T + s^4 / 4 (c (I - b b^T) + b t^T + t b^T)
- */
+ *   a = c s^2,   first moment 2/3 c (1 - u^3) b + (2/3 - u + u^3/3) t,
+ *   second c (1 - u^4) / 2 b b^T + s^4 / 4 (c (I - b b^T) + b t^T + t b^T) */
 GTAO_API void gtao_sh_from_cone(float visibility, const float bent_normal[3], const float normal[3], float sh[9]) {
     GTAOI_NO_CONTRACT
     const float *b = bent_normal;
@@ -2842,7 +2843,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const GTAOI_PIX
     sum->occluded = GM_OR(sum->occluded, occluded);
 }
 
-/* ---- spherical harmonics ------------------------------------------------------------------------------------------ */
+/* ---- spherical harmonics ----------------------------------------------------------------------------------------- */
 
 /* Sums of second moments over the slices of a pixel, for spherical harmonics: of what a slice lacks to the open one. */
 #define GTAOI_MOMENTS GTAOI_NAME(gtaoi_moments)
@@ -2851,8 +2852,8 @@ typedef struct GTAOI_MOMENTS {
     GV vv, xv, yv, xx, xy, yy; /* sum J (M_open - M) along v v, q v and q q, q = b / |b_perp|; o is linear in q */
 } GTAOI_MOMENTS;
 
-/* M = M_oo o o^T + M_ov (o v^T + v o^T) + M_vv v v^T = int V (np.w) w w^T |sin|, in the terms of gtaoi_integrate, D = h1 -
- * h0 - s1 c1 + s0 c0 and E = D + 2 (s1^3 c1 - s0^3 c0):
+/* M = M_oo o o^T + M_ov (o v^T + v o^T) + M_vv v v^T = int V (np.w) w w^T |sin|, in the terms of gtaoi_integrate,
+ * D = h1 - h0 - s1 c1 + s0 c0 and E = D + 2 (s1^3 c1 - s0^3 c0):
  *   M_vv = (2 - c1^4 - c0^4) n.v / 4 + E n.o / 8,   M_ov = E n.v / 8 + (s1^4 + s0^4) n.o / 4,   M_oo = a - M_vv
  * and uniformly weighted M_vv = (2 - c1^3 - c0^3) / 3, M_ov = (s1^3 - s0^3) / 3. Open: s = cos n, c = -+ sin n. */
 GTAOI_FN void GTAOI_NAME(gtaoi_integrate_sh)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,

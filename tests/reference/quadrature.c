@@ -14,7 +14,8 @@ typedef struct integrand {
     int index;
 } integrand;
 
-/* By the associated Legendre functions without the Condon-Shortley phase, m > 0 with cos(m phi), m < 0 with sin(-m phi). */
+/* By the associated Legendre functions without the Condon-Shortley phase; m > 0 with cos(m phi), m < 0 with
+ * sin(-m phi). */
 long double ref_sh(int index, const long double d[3]) {
     const int band = index == 0 ? 0 : index < 4 ? 1 : 2, m = index - band * (band + 1), k = m < 0 ? -m : m;
     const long double s = sqrtl(d[0] * d[0] + d[1] * d[1]), c = d[2], phi = atan2l(d[1], d[0]);

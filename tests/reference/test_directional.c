@@ -384,7 +384,7 @@ static void kernels_are_the_estimator(void **state) {
         for (int i = 0; i < 9; i++) {
             const double got = (double)sh[i * SIZE * SIZE + r.y * SIZE + r.x];
             worst[d->weighting] = fmax(worst[d->weighting], fabs(got - expected[i]));
-            /* Rises that are taken for rounding, up to 2.4e-4 in cot h, count in the first order if weighted uniformly. */
+            /* Rises taken for rounding, up to 2.4e-4 in cot h, count in the first order if weighted uniformly. */
             CHECK_NEAR(got, expected[i], d->weighting == GTAO_WEIGHTING_COSINE ? 4e-6 : 1e-4,
                        "trial %d, coefficient %d", trial, i);
         }

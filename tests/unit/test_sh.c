@@ -36,7 +36,7 @@ static void open_hemisphere(const float n[3], int uniform, float sh[9]) {
         sh[i] *= i < 4 ? (uniform ? 0.5f : 2.0f / 3.0f) : cone;
 }
 
-/* ---- results ------------------------------------------------------------------------------------------------------ */
+/* ---- results ----------------------------------------------------------------------------------------------------- */
 
 /* On planes, and where nothing is computed, to the last bits, for any number of slices. */
 static void open_surfaces_are_exact(void **state) {
@@ -145,7 +145,7 @@ static void planes_lie_where_they_are_told(void **state) {
     input_free(&in);
 }
 
-/* ---- what one does with them -------------------------------------------------------------------------------------- */
+/* ---- what one does with them ------------------------------------------------------------------------------------- */
 
 static void a_white_probe_gives_the_visibility(void **state) {
     enum { W = 45, H = 19 };
