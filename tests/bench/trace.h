@@ -22,6 +22,11 @@ void trace_primary_rows(const trace *t, const bench_scene_camera *camera, float 
  * differ by up to about f / 2 of the occlusion otherwise. */
 void trace_visibility_rows(const trace *t, const view *v, int strata, float *visibility, int row_begin, int row_end);
 
+/* The same rays, hard cutoff, one by one: `sink` learns of each pixel's directions whether they are visible. Sky: none. */
+typedef void (*trace_sink)(void *user, size_t pixel, vec3 direction, bool visible);
+void trace_each_rows(const trace *t, const view *v, int strata, trace_sink sink, void *user, int row_begin,
+                     int row_end);
+
 /* As a renderer would do it: `rays` a pixel (a power of two up to 256), a low-discrepancy set rotated per pixel by
  * noise. Falloff as above. */
 void trace_few_rows(const trace *t, const view *v, int rays, float *visibility, int row_begin, int row_end);
