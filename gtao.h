@@ -44,7 +44,7 @@
  *   1 gtao_compute: one call.
  *   2 gtao_begin, gtao_prepare_rows, gtao_visibility_rows: the stages, on row ranges.
  *   3 gtao_arc, gtao_arc_bent, gtao_noise_at, gtao_multi_bounce, ...: the formulas, for those who port them.
- *   depth, normals -> prepare (height, by noise phase) -> horizons -> integrate -> visibility, bent normals
+ *   depth, normals -> prepare (height, by noise phase) -> horizons -> integrate -> visibility, bent normals, SH
  *
  * OPTIONS (define before the implementation)
  *   GTAO_STATIC            everything static; only together with GTAO_IMPLEMENTATION
@@ -73,6 +73,7 @@
  *   Grooves, pits and walls against their closed forms, 64 slices, every pixel: within 0.005.
  *   Against brute force in double precision on rendered scenes, 32 slices, every pixel: RMSE 0.0003 to 0.007, bent
  *   normals within 0.04 to 1.4 degrees at the 95th percentile. Depth and radius times 2^k: the same bits.
+ *   Spherical harmonics against quadrature of the estimator, known horizons: 4e-7 (test_directional.c).
  *   What a depth buffer does not hold (the backs of things, what is off-screen) is the larger error by far against ray
  *   tracing: docs/accuracy.md.
  *
@@ -83,6 +84,8 @@
  *   - Horizons are searched as slopes of 1/z above the receiver's tangent plane (docs/theory.md): no position is
  *     rebuilt, and samples at whole pixels see exact planes.
  *   - Bent normals are exact off axis ([J19]'s rotation is not), whichever the estimator.
+ *   - The product of visibility cone and clamped cosine ([J19] Section 4) has closed moments: gtao_sh_from_cone uses
+ *     them in place of rotated and multiplied zonal harmonics; its aperture heeds the bent normal's tilt.
  *   - Noise [J16]: 96 different directions and 16 different offsets; as printed there would be 48 and 4
  *     (gtaoi_noise_memo).
  *   - Rises above the tangent plane of less than 2.4e-4 in cot h are rounding and ignored: 1e-7 in visibility.

@@ -9,7 +9,7 @@
  *   ao x irradiance   A E(n)
  *   bent normal       A E(b), [Lan02]
  *   triple product    probe, visibility cone and clamped cosine, three bands each, multiplied [Sny06]
- *   triple, horizons  the same with the visibility's own coefficients for the cone's
+ *   triple with horizons: that, the visibility's own coefficients in place of the cone's
  *   cone              gtao_sh_from_cone
  *   horizons          gtao_output.sh
  * Writes build/bench/directional.csv and directional.png; prints the errors as published. */
@@ -29,8 +29,8 @@ enum { PROBES = 3, METHODS = 6, SOURCES = 2, MOST_SCENES = 16 };
 
 static const char *const probe_names[PROBES] = {"sun and sky", "window", "lamps"};
 static const char *const source_names[SOURCES] = {"depth", "rays"};
-static const char *const method_names[METHODS] = {"ao x irradiance",  "bent normal", "triple product",
-                                                  "triple, horizons", "cone",        "horizons"};
+static const char *const method_names[METHODS] = {"ao x irradiance",      "bent normal", "triple product",
+                                                  "triple with horizons", "cone",        "horizons"};
 
 /* ---- probes: radiance in world space, y up ------------------------------------------------------------------------ */
 
@@ -321,11 +321,11 @@ static pixel pixel_at(const work *w, size_t i, int source) {
 }
 
 typedef struct error {
-    double rmse, mean, floor; /* floor: of the rays' own coefficients, what nine coefficients of the probe leave */
+    double rmse, mean;
 } error;
 
 static error compare(const work *w, int source, int method, int probe) {
-    error e = {0, 0, 0};
+    error e = {0, 0};
     double count = 0;
     for (size_t i = 0; i < view_pixels(&w->v); ++i) {
         if (!(w->z[i] < VIEW_SKY))
@@ -377,8 +377,8 @@ static bool draw(const work *w, int probe, const char *path) {
                     for (int k = 0; k < 3; ++k)
                         off += (rgb[k] - truth[k]) / 3;
                 }
-                color c = {rgb[0] * 0.6f, rgb[1] * 0.6f, rgb[2] * 0.6f};
-                c = difference ? color_difference(fminf(1, fmaxf(-1, 1.5f * off))) : color_encode(c);
+                color c = {rgb[0] * 0.35f, rgb[1] * 0.35f, rgb[2] * 0.35f};
+                c = difference ? color_difference(fminf(1, fmaxf(-1, off))) : color_encode(c);
                 if (!surface)
                     c = color_hex(0x808080);
                 one.data[3 * i] = c.r, one.data[3 * i + 1] = c.g, one.data[3 * i + 2] = c.b;
@@ -471,15 +471,16 @@ int main(int argc, char **argv) {
                 double mean = 0;
                 for (int probe = 0; probe < PROBES; ++probe) {
                     error e = compare(&w, source, method, probe);
-                    fprintf(csv, "%s,%s,%s,%s,%.6f,%.6f\n", w.scene.name, source_names[source],
-                            method == 3 ? "triple horizons" : method_names[method], probe_names[probe], e.rmse, e.mean);
+                    fprintf(csv, "%s,%s,%s,%s,%.6f,%.6f\n", w.scene.name, source_names[source], method_names[method],
+                            probe_names[probe], e.rmse, e.mean);
                     mean += e.rmse * e.rmse / PROBES;
                 }
                 printf("  %s %.4f", method_names[method], sqrt(mean));
             }
             printf("\n");
         }
-        bool ok = (strcmp(w.scene.name, "columns") != 0 || draw(&w, 0, "build/bench/directional.png")) && cost(&w, ns);
+        bool ok =
+            (strcmp(w.scene.name, "furniture") != 0 || draw(&w, 2, "build/bench/directional.png")) && cost(&w, ns);
         fprintf(csv, "%s,cost,medium,ns,%.3f,%.3f\n%s,cost,medium,ns sh,%.3f,0\n", w.scene.name, ns[0], ns[1],
                 w.scene.name, ns[2]);
         printf("%-10s ns per pixel, 2 x 12: visibility %.1f, bent normals %.1f, coefficients %.1f\n", w.scene.name,
