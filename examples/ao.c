@@ -588,6 +588,8 @@ static const char *option_of(gtao_result result) {
         return "--noise";
     case GTAO_ERROR_ISA:
         return "--isa";
+    case GTAO_ERROR_OUTPUT_SH:
+        return "--sh";
     default:
         return "--depth";
     }

@@ -226,12 +226,34 @@ static void formulas_take_anything(void **state) {
         }
 }
 
+/* A filter across pixels has no use for what it cannot filter: refused, not forgotten. */
+static void frames_refuse_it(void **state) {
+    input in = input_make(&settings[0], 16, 8, tight);
+    result r = result_make(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3, tight, 0);
+    gtao_frame_desc frame;
+    size_t size;
+    void *memory;
+    (void)state;
+    memset(&frame, 0, sizeof frame);
+    frame.desc = in.desc;
+    frame.cut = 1;
+    size = gtao_frame_state_size(&frame);
+    memory = calloc(1, size);
+    assert_true(size > 0 && memory);
+    assert_int_equal(gtao_frame(&frame, &r.output, memory, size, NULL), GTAO_ERROR_OUTPUT_SH);
+    r.output.sh = NULL;
+    assert_int_equal(gtao_frame(&frame, &r.output, memory, size, NULL), GTAO_OK);
+    free(memory);
+    result_free(&r);
+    input_free(&in);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(open_surfaces_are_exact),        cmocka_unit_test(bands_agree_with_the_other_outputs),
         cmocka_unit_test(planes_lie_where_they_are_told), cmocka_unit_test(a_white_probe_gives_the_visibility),
         cmocka_unit_test(irradiance_is_the_dot_product),  cmocka_unit_test(a_full_cone_is_the_open_hemisphere),
-        cmocka_unit_test(formulas_take_anything),
+        cmocka_unit_test(formulas_take_anything),         cmocka_unit_test(frames_refuse_it),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
