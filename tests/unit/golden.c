@@ -113,7 +113,7 @@ static int hash_all(gtao_isa isa, entry *entries) {
     int count = 0;
     for (int i = 0; i < SETTING_COUNT; i++, count++) {
         entries[count].name = settings[i].name;
-        entries[count].hash = hash_setting(&settings[i], isa, GTAO_FORMAT_FLOAT, WANT_ALL & ~WANT_SH);
+        entries[count].hash = hash_setting(&settings[i], isa, GTAO_FORMAT_FLOAT, WANT_ALL);
     }
     entries[count].name = "unorm8";
     entries[count++].hash = hash_setting(&settings[0], isa, GTAO_FORMAT_UNORM8, WANT_VISIBILITY);

@@ -255,7 +255,7 @@ static inline void input_free(input *in) {
 
 /* ---- results -------------------------------------------------------------------------------------------------- */
 
-enum { WANT_VISIBILITY = 1, WANT_BENT = 2, WANT_PACKED = 4, WANT_SH = 8, WANT_ALL = 15 };
+enum { WANT_VISIBILITY = 1, WANT_BENT = 2, WANT_PACKED = 4, WANT_ALL = 7, WANT_SH = 8, WANT_EVERYTHING = 15 };
 
 /* Output buffers, and scratch of exactly the promised size. */
 typedef struct result {

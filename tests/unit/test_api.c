@@ -26,7 +26,7 @@ static call call_make(void) {
     call c;
     c.in = input_make(&base, WIDTH, HEIGHT, tight);
     c.desc = c.in.desc;
-    c.out = result_make(&c.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3, tight, 0);
+    c.out = result_make(&c.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 3, tight, 0);
     c.output = c.out.output;
     c.scratch = c.out.scratch;
     c.scratch_size = c.out.scratch_size;

@@ -78,7 +78,7 @@ static result compute_checked(gtao_desc desc, const char *what) {
         if (!gtao_isa_available((gtao_isa)isa))
             continue;
         desc.isa = (gtao_isa)isa;
-        r = result_make(&desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        r = result_make(&desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 3, tight, 0);
         memset(r.scratch, 0xFF, r.scratch_size); /* all NaN */
         status = gtao_compute(&desc, &r.output, r.scratch, r.scratch_size, NULL);
         if (status != GTAO_OK)

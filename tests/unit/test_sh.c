@@ -64,7 +64,7 @@ static void open_surfaces_are_exact(void **state) {
                 depth[y * SIZE + x] = trial % 4 == 3 ? float_inf() : -5.0f / (n[0] * rx + n[1] * ry + n[2]) / length;
                 memcpy(&normals[3 * (y * SIZE + x)], n, sizeof n);
             }
-        r = compute(&desc, WANT_ALL);
+        r = compute(&desc, WANT_EVERYTHING);
         for (int y = 0; y < SIZE; y++)
             for (int x = 0; x < SIZE; x++) {
                 float expected[9];
@@ -85,7 +85,7 @@ static void bands_agree_with_the_other_outputs(void **state) {
     (void)state;
     for (int s = 0; s < SETTING_COUNT; s++) {
         input in = input_make(&settings[s], width, height, tight);
-        result r = compute(&in.desc, WANT_ALL);
+        result r = compute(&in.desc, WANT_EVERYTHING);
         for (int y = 0; y < height; y++)
             for (int x = 0; x < width; x++) {
                 float v = at(&r.visibility, y, x), b[3], length = 0;
@@ -155,7 +155,7 @@ static void a_white_probe_gives_the_visibility(void **state) {
     (void)state;
     probe[0] = 1.0f / y0, probe[1] = 2.0f / y0, probe[2] = -1.0f / y0;
     for (int bands = 2; bands <= 3; bands++) {
-        result r = result_make(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        result r = result_make(&in.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 3, tight, 0);
         r.output.sh_bands = bands;
         assert_int_equal(gtao_compute(&in.desc, &r.output, r.scratch, r.scratch_size, NULL), GTAO_OK);
         for (int y = 0; y < H; y++)
@@ -229,7 +229,7 @@ static void formulas_take_anything(void **state) {
 /* A filter across pixels has no use for what it cannot filter: refused, not forgotten. */
 static void frames_refuse_it(void **state) {
     input in = input_make(&settings[0], 16, 8, tight);
-    result r = result_make(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3, tight, 0);
+    result r = result_make(&in.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 3, tight, 0);
     gtao_frame_desc frame;
     size_t size;
     void *memory;
