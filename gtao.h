@@ -920,6 +920,7 @@ struct gtao_context {
     float to_view[9];             /* normal_axes * normal_to_view */
     int transform_normals;
     int arcs;        /* occluders have thickness: unions of arcs */
+    int clip;        /* some backs are known: such columns count as far as they are within the radius */
     int layer_count; /* with the first */
     gtao_layer layer[1 + GTAO_MAX_LAYERS];
     float thickness;      /* in the unit of 1 / w; 1e30 and more: endless */
@@ -1379,6 +1380,7 @@ static void gtaoi_begin_arcs(gtao_context *c, float unit) {
     for (i = 0; i < c->layer_count; i++) {
         if (!c->layer[i].depth_stride)
             c->layer[i].depth_stride = (ptrdiff_t)d->width * 4;
+        c->clip |= c->bounded && c->layer[i].back;
         if (!c->layer[i].back_stride)
             c->layer[i].back_stride = (ptrdiff_t)d->width * 4;
     }
@@ -1800,6 +1802,7 @@ GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *outp
 #define GTAOI_HORIZONS GTAOI_NAME(gtaoi_horizons)
 #define GTAOI_ARCS GTAOI_NAME(gtaoi_arcs)
 #define GTAOI_COLUMN GTAOI_NAME(gtaoi_column)
+#define GTAOI_WALK GTAOI_NAME(gtaoi_walk)
 
 #if GTAOI_W == 1
 typedef float GV;
@@ -2694,15 +2697,15 @@ typedef struct GTAOI_ARCS {
     GI mask[2]; /* + and - side */
     GV to_t;    /* rise to t, and back */
     GV from_t;
-    GV inv_scale; /* cot h to rise */
     GV shift;     /* of the sector borders, in sectors, -1/2..1/2 */
-    GV chord;     /* (radius w0)^2: the sphere along the view rays */
+    GV inv_scale; /* cot h to rise; only for falloff and columns cut off by the radius */
+    GV chord;     /* (radius w0)^2: the sphere along the view rays; only for the latter */
     GV denominator, inv_denominator;
 } GTAOI_ARCS;
 
-/* The sample before, for the surface between the two. */
+/* A sample as a column: its height and the rises of its two ends. Also the one before it, for the surface between. */
 typedef struct GTAOI_COLUMN {
-    GV w, front, back, t;
+    GV w, front, back;
 } GTAOI_COLUMN;
 
 GTAOI_FN void GTAOI_NAME(gtaoi_begin_slice_arcs)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
@@ -2712,15 +2715,19 @@ GTAOI_FN void GTAOI_NAME(gtaoi_begin_slice_arcs)(const gtao_context *c, const GT
     GV sec = GV_SQRT(GV_ADD(one, GV_MUL(f->kappa_tangent, f->kappa_tangent)));
     float turn = 0.618034f * (float)k;
     a->mask[0] = a->mask[1] = GI_SET(0u);
-    a->inv_scale = GV_DIV(one, f->kappa_scale);
     a->to_t = GV_DIV(f->kappa_scale, sec);
-    a->from_t = GV_MUL(sec, a->inv_scale);
+    a->from_t = GV_DIV(sec, f->kappa_scale);
     a->shift = GV_SET((turn - (float)(int)turn) * 0.96875f - 0.484375f);
-    /* Of the sphere about P0 the ray r holds w0 (r.r0 -+ sqrt((R w0)^2 r^2 - (r x r0)^2)) / (r0^2 - (R w0)^2). */
-    a->chord = GV_MUL(GV_SET(c->reach), p->w0);
-    a->chord = GV_MUL(a->chord, a->chord);
-    a->denominator = GV_SUB(GV_MUL(p->len, p->len), a->chord);
-    a->inv_denominator = GV_DIV(p->w0, a->denominator);
+    a->inv_scale = a->chord = a->denominator = a->inv_denominator = one;
+    if (c->inv_falloff > 0.0f || c->clip)
+        a->inv_scale = GV_DIV(one, f->kappa_scale);
+    if (c->clip) {
+        /* Of the ray r the sphere about P0 holds w0 (r.r0 -+ sqrt((R w0)^2 r^2 - (r x r0)^2)) / (r0^2 - (R w0)^2). */
+        a->chord = GV_MUL(GV_SET(c->reach), p->w0);
+        a->chord = GV_MUL(a->chord, a->chord);
+        a->denominator = GV_SUB(GV_MUL(p->len, p->len), a->chord);
+        a->inv_denominator = GV_DIV(p->w0, a->denominator);
+    }
 }
 
 /* Number of the border that is nearest to a rise, 0..GTAOI_SECTORS; and the rise of a border. */
@@ -2755,40 +2762,43 @@ GTAOI_FN GV GTAOI_NAME(gtaoi_fade_interval)(const gtao_context *c, const GTAOI_A
     return GV_MUL(GV_SUB(cosine, tangent), a->inv_scale);
 }
 
-/* One column of front and back heights w and w_back at distance t = 1 / inv; its front rises by `rise` and occludes up
- * to `least`. `horizon` and `mask` take it up where `wanted`. */
-GTAOI_FI void GTAOI_NAME(gtaoi_visit_column)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
-                                             const GTAOI_ARCS *a, int side, GTAOI_COLUMN *before, GV *horizon, GI *mask,
-                                             GV w, GV w_back, GV t, GV inv, GV base, GV rise, GV least, GM wanted,
-                                             int orthographic, int bounded, int ring, int clip) {
+/* A column at distance t = 1 / inv, `gap` behind the one before in units of same_surface; its front rises by `rise` and
+ * occludes up to `least`. Raises the horizon where it joins it. Returns the pixels for which it hangs free above, as the
+ * interval [l, u]. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_visit_column)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                           const GTAOI_ARCS *a, int side, GTAOI_COLUMN *before, GV *horizon, GV w,
+                                           GV w_back, GV gap, GV inv, GV base, GV rise, GV least, GM wanted, GV *low,
+                                           GV *high, int orthographic, int bounded, int ring, int clip) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
-    GV back = GV_SUB(GV_MUL(w_back, inv), base), l, u, limit, rho = one, reach = one;
-    GM joined, rises, connected, fading = GV_LT(one, zero);
-    /* A surface that goes on from the sample before covers what lies between. */
-    limit = GV_MUL(GV_SUB(t, before->t), GV_SET(c->same_surface));
+    GV back = GV_SUB(GV_MUL(w_back, inv), base), l, u, rho = one, reach = one;
+    GM joined, connected, fading = GV_LT(one, zero);
+    /* A surface that goes on from the column before covers what lies between. The height of sky is negative: it never
+     * does. Rises below zero do not count. */
     if (!orthographic)
-        limit = GV_MUL(limit, GV_MIN(GV_ABS(w), GV_ABS(before->w)));
-    connected = GV_LE(GV_ABS(GV_SUB(w, before->w)), limit);
+        gap = GV_MUL(gap, GV_MIN(w, before->w));
+    connected = GV_LE(GV_ABS(GV_SUB(w, before->w)), gap);
     l = GV_SELECT(connected, GV_MIN(before->front, back), back);
-    u = GV_SELECT(connected, GV_MAX(before->back, least), least);
-    before->w = w, before->front = least, before->back = back, before->t = t;
+    u = GV_MAX(least, GV_IF(connected, before->back));
+    before->w = w, before->front = least, before->back = back;
     if (bounded) {
-        GV tangent = side ? GV_SUB(zero, f->kappa_tangent) : f->kappa_tangent, kappa, slope, reach2;
+        GV tangent = side ? GV_SUB(zero, f->kappa_tangent) : f->kappa_tangent, kappa, slope = GV_MUL(w, inv), reach2;
         if (clip) { /* the column's point nearest to the pixel decides, and only what is within the sphere counts */
             GV lowest, highest;
             rise = GV_MIN(GV_MAX(GV_SUB(zero, GV_MUL(tangent, a->inv_scale)), back), rise);
+            slope = GV_ADD(rise, base);
             if (orthographic) {
                 GV room = GV_MUL(inv, f->reach);
                 room = GV_SQRT(GV_MAX(GV_SUB(GV_MUL(room, room), one), zero));
                 lowest = GV_MUL(GV_SUB(GV_SUB(zero, room), tangent), a->inv_scale);
                 highest = GV_MUL(GV_SUB(room, tangent), a->inv_scale);
             } else {
-                GV br = GV_MUL(f->along, p->len), rr, len2 = GV_MUL(p->len, p->len), tt = GV_MUL(t, t), dot, root;
+                GV t = GV_DIV(one, inv), tt = GV_MUL(t, t), len2 = GV_MUL(p->len, p->len), br, rr, dot, root;
+                br = GV_MUL(t, GV_MUL(f->along, p->len));
                 if (side)
                     br = GV_SUB(zero, br);
-                dot = GV_ADD(len2, GV_MUL(t, br));
-                rr = GV_ADD(GV_ADD(dot, GV_MUL(t, br)), GV_MUL(tt, f->bb));
+                dot = GV_ADD(len2, br);
+                rr = GV_ADD(GV_ADD(dot, br), GV_MUL(tt, f->bb));
                 root = GV_MUL(GV_MUL(tt, len2), GV_SUB(f->bb, GV_MUL(f->along, f->along)));
                 root = GV_SQRT(GV_MAX(GV_SUB(GV_MUL(a->chord, rr), root), zero));
                 lowest = GV_SUB(GV_MUL(GV_MUL(GV_SUB(dot, root), a->inv_denominator), inv), base);
@@ -2797,34 +2807,34 @@ GTAOI_FI void GTAOI_NAME(gtaoi_visit_column)(const gtao_context *c, const GTAOI_
             }
             l = GV_MAX(lowest, l), u = GV_MIN(highest, u);
         }
-        slope = clip ? GV_ADD(rise, base) : GV_MUL(w, inv);
         kappa = GV_ADD(GV_MUL(rise, f->kappa_scale), tangent);
         rho = GV_ADD(GV_MUL(kappa, kappa), one);
         reach = GV_MUL(orthographic ? inv : slope, f->reach);
         reach2 = GV_MUL(reach, reach);
         if (ring) {
+            GV highest = GV_MAX(u, rise); /* as in the height field, where `least` does not bound what fades */
             GM inside = GV_LE(rho, GV_MUL(reach2, GV_SET(c->inner2)));
             fading = GM_ANDNOT(GM_AND(wanted, GV_LT(rho, reach2)), inside);
             wanted = GM_OR(GM_AND(wanted, inside), fading);
+            fading = GM_AND(fading, GV_LT(*horizon, highest));
+            if (GM_ANY(fading))
+                u = GV_SELECT(fading, GTAOI_NAME(gtaoi_fade_interval)(c, a, f, side, l, highest, rho, reach), u);
         } else {
             wanted = GM_AND(wanted, GV_LE(rho, reach2));
         }
     }
-    if (ring) {
-        GV highest = GV_MAX(u, rise); /* as in the height field, where `least` does not bound what fades */
-        fading = GM_AND(fading, GV_LT(*horizon, highest));
-        if (GM_ANY(fading))
-            u = GV_SELECT(fading, GTAOI_NAME(gtaoi_fade_interval)(c, a, f, side, l, highest, rho, reach), u);
-    }
-    rises = GM_AND(wanted, GV_LT(*horizon, u));
-    joined = GM_AND(rises, GV_LE(l, *horizon));
+    wanted = GM_AND(wanted, GV_LT(*horizon, u));
+    joined = GM_AND(wanted, GV_LE(l, *horizon));
     *horizon = GV_SELECT(joined, u, *horizon);
-    rises = GM_ANDNOT(rises, joined);
-    if (GM_ANY(rises)) {
-        GV il = GTAOI_NAME(gtaoi_nearest)(GTAOI_NAME(gtaoi_sector)(a, l));
-        GV iu = GTAOI_NAME(gtaoi_nearest)(GTAOI_NAME(gtaoi_sector)(a, u));
-        *mask = GI_OR(*mask, GI_IF(rises, GI_ANDNOT(GI_FROM(il), GI_FROM(iu))));
-    }
+    *low = l, *high = u;
+    return GM_ANDNOT(wanted, joined);
+}
+
+/* The sectors between l and u. */
+GTAOI_FI GI GTAOI_NAME(gtaoi_hang)(const GTAOI_ARCS *a, GI mask, GM hangs, GV l, GV u) {
+    GV il = GTAOI_NAME(gtaoi_nearest)(GTAOI_NAME(gtaoi_sector)(a, l));
+    GV iu = GTAOI_NAME(gtaoi_nearest)(GTAOI_NAME(gtaoi_sector)(a, u));
+    return GI_OR(mask, GI_IF(hangs, GI_ANDNOT(GI_FROM(il), GI_FROM(iu))));
 }
 
 /* Back height between two pixels: as the front's, gtaoi_between. */
@@ -2841,57 +2851,95 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_between_backs)(const gtao_context *c, GV a, GV b, G
                      nearest);
 }
 
-/* Samples [0, n) of a list on one side of a slice; a lane has `count` of them, from the list's start, of which the
- * first here is number j. `at` is the group's first pixel in the layer's heights. */
-GTAOI_FI void GTAOI_NAME(gtaoi_march_columns)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
-                                              GTAOI_HORIZONS *s, GTAOI_ARCS *a, int side, GTAOI_COLUMN *column,
-                                              const float *at, const gtaoi_sample *q, const gtaoi_taps *near_taps,
-                                              int j, int n, GV count, int orthographic, int bounded, int ring, int taps,
-                                              int clip) {
+/* A column of the table on one side. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_take_column)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                          const GTAOI_ARCS *a, int side, GTAOI_COLUMN *before, GV *horizon,
+                                          const float *at, const gtaoi_sample *q, const gtaoi_taps *near_taps, GV inv,
+                                          GV base, GV tangent, GV across, GV gap, GM wanted, GV *l, GV *u,
+                                          int orthographic, int bounded, int ring, int taps, int clip) {
     GTAOI_NO_CONTRACT
-    GTAOI_COLUMN before = *column;
-    GV horizon = s->rise[side], across = GV_SELECT(GV_LE(GV_ABS(f->dy), GV_ABS(f->dx)), p->gy, p->gx);
+    const float *backs = at + c->plane;
+    GV w, w_back = GV_LOAD(backs + q->offset[side]), least, rise;
+    rise = GTAOI_NAME(gtaoi_take)(c, p, side, at, q, near_taps, inv, base, tangent, across, &w, &least, orthographic,
+                                  taps);
+    if (taps)
+        w_back = GTAOI_NAME(gtaoi_between_backs)(c, GV_LOAD(at + q->offset[side]), GV_LOAD(at + q->offset[side + 2]),
+                                                 w_back, GV_LOAD(backs + q->offset[side + 2]), GV_SET(q->ux),
+                                                 side ? GV_SUB(GV_SET(0.0f), across) : across, orthographic);
+    base = side ? GV_SUB(base, tangent) : GV_ADD(base, tangent);
+    return GTAOI_NAME(gtaoi_visit_column)(c, p, f, a, side, before, horizon, w, w_back, gap, inv, base, rise, least,
+                                          wanted, l, u, orthographic, bounded, ring, clip);
+}
+
+/* Where a march stands on both sides; it may be interrupted. */
+typedef struct GTAOI_WALK {
+    GTAOI_COLUMN column[2];
+    float t;
+} GTAOI_WALK;
+
+/* Samples number j to n0 - 1 on the + side and to n1 - 1 on the - side, of which `q` is the first; a lane has the first
+ * `count` of the list. `at` is the group's first pixel in the layer's heights. */
+GTAOI_FI void GTAOI_NAME(gtaoi_march_columns)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                              GTAOI_HORIZONS *s, GTAOI_ARCS *a, GTAOI_WALK *walk, const float *at,
+                                              const gtaoi_sample *q, const gtaoi_taps *near_taps, int j, int n0, int n1,
+                                              GV count, int orthographic, int bounded, int ring, int taps, int clip) {
+    GTAOI_NO_CONTRACT
+    GTAOI_COLUMN column_a = walk->column[0], column_b = walk->column[1];
+    GV horizon_a = s->rise[0], horizon_b = s->rise[1], la, ua, lb, ub;
+    GV across = GV_SELECT(GV_LE(GV_ABS(f->dy), GV_ABS(f->dx)), p->gy, p->gx);
     GV tangent = GV_ADD(GV_MUL(p->gx, f->dx), GV_MUL(p->gy, f->dy));
-    GI mask = a->mask[side];
-    const float *at_back = at + c->plane;
-    for (n += j; j < n; j++, q++) {
-        GV inv = GV_SET(q->inv_length), t = GV_SET(1.0f / q->inv_length), base = GV_MUL(p->w0, inv);
-        GV w, w_back = GV_LOAD(at_back + q->offset[side]), rise, least;
+    GM hangs_a, hangs_b, wanted = GV_LT(GV_SET(0.0f), count), none = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
+    GI mask_a = a->mask[0], mask_b = a->mask[1];
+    float before = walk->t;
+    for (; j < n0 || j < n1; j++, q++) {
+        GV inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv), gap;
         const gtaoi_taps *near_j = taps && j < GTAOI_NEAR ? near_taps + j : 0;
-        if (!taps)
+        float t = 1.0f / q->inv_length;
+        gap = GV_SET((t - before) * c->same_surface);
+        before = t;
+        if (taps) /* otherwise a lane has all or none */
+            wanted = GV_LT(GV_SET((float)j), count);
+        else
             tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
-        rise = GTAOI_NAME(gtaoi_take)(c, p, side, at, q, near_j, inv, base, tangent, across, &w, &least, orthographic,
-                                      taps);
-        if (taps)
-            w_back =
-                GTAOI_NAME(gtaoi_between_backs)(c, GV_LOAD(at + q->offset[side]), GV_LOAD(at + q->offset[side + 2]),
-                                                w_back, GV_LOAD(at_back + q->offset[side + 2]), GV_SET(q->ux),
-                                                side ? GV_SUB(GV_SET(0.0f), across) : across, orthographic);
-        base = side ? GV_SUB(base, tangent) : GV_ADD(base, tangent);
-        GTAOI_NAME(gtaoi_visit_column)
-        (c, p, f, a, side, &before, &horizon, &mask, w, w_back, t, inv, base, rise, least,
-         GV_LT(GV_SET((float)j), count), orthographic, bounded, ring, clip);
+        hangs_a = hangs_b = none;
+        la = ua = lb = ub = gap;
+        if (j < n0)
+            hangs_a =
+                GTAOI_NAME(gtaoi_take_column)(c, p, f, a, 0, &column_a, &horizon_a, at, q, near_j, inv, base, tangent,
+                                              across, gap, wanted, &la, &ua, orthographic, bounded, ring, taps, clip);
+        if (j < n1)
+            hangs_b =
+                GTAOI_NAME(gtaoi_take_column)(c, p, f, a, 1, &column_b, &horizon_b, at, q, near_j, inv, base, tangent,
+                                              across, gap, wanted, &lb, &ub, orthographic, bounded, ring, taps, clip);
+        if (GM_ANY(GM_OR(hangs_a, hangs_b))) {
+            mask_a = GTAOI_NAME(gtaoi_hang)(a, mask_a, hangs_a, la, ua);
+            mask_b = GTAOI_NAME(gtaoi_hang)(a, mask_b, hangs_b, lb, ub);
+        }
     }
-    s->rise[side] = horizon, a->mask[side] = mask, *column = before;
+    s->rise[0] = horizon_a, s->rise[1] = horizon_b;
+    a->mask[0] = mask_a, a->mask[1] = mask_b;
+    walk->column[0] = column_a, walk->column[1] = column_b, walk->t = before;
 }
 
 /* The variant for this call; all conditions are constants in the loop of the first. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_columns)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
-                                               GTAOI_HORIZONS *s, GTAOI_ARCS *a, int side, GTAOI_COLUMN *column,
-                                               const float *at, const gtaoi_sample *q, const gtaoi_taps *near_taps,
-                                               int j, int n, GV count, int clip) {
+                                               GTAOI_HORIZONS *s, GTAOI_ARCS *a, GTAOI_WALK *walk, const float *at,
+                                               const gtaoi_sample *q, const gtaoi_taps *near_taps, int j, int n0,
+                                               int n1, GV count, int clip) {
     int ring = c->inv_falloff > 0.0f;
     if (!c->orthographic && c->bounded && !ring && !c->every_pixel && !clip)
-        GTAOI_NAME(gtaoi_march_columns)(c, p, f, s, a, side, column, at, q, near_taps, j, n, count, 0, 1, 0, 0, 0);
+        GTAOI_NAME(gtaoi_march_columns)(c, p, f, s, a, walk, at, q, near_taps, j, n0, n1, count, 0, 1, 0, 0, 0);
     else
         GTAOI_NAME(gtaoi_march_columns)
-    (c, p, f, s, a, side, column, at, q, near_taps, j, n, count, c->orthographic, c->bounded, ring, c->every_pixel,
-     clip);
+    (c, p, f, s, a, walk, at, q, near_taps, j, n0, n1, count, c->orthographic, c->bounded, ring, c->every_pixel, clip);
 }
 
-GTAOI_FI void GTAOI_NAME(gtaoi_first_column)(const GTAOI_PIXEL *p, int layer, GTAOI_COLUMN *column) {
+GTAOI_FI void GTAOI_NAME(gtaoi_begin_walk)(const GTAOI_PIXEL *p, int layer, GTAOI_WALK *walk) {
+    GTAOI_COLUMN *column = walk->column;
     column->w = layer == 0 ? p->w0 : GV_SET(GTAOI_SKY); /* the pixel itself is on the first layer */
-    column->front = column->back = column->t = GV_SET(0.0f);
+    column->front = column->back = GV_SET(0.0f);
+    column[1] = column[0];
+    walk->t = 0.0f;
 }
 
 /* One list of samples, all layers and both sides. */
@@ -2899,25 +2947,25 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_layers)(const gtao_context *c, const GTAOI
                                               GTAOI_HORIZONS *s, GTAOI_ARCS *a, const float *at, int index,
                                               const gtaoi_sample *q, int n, GV count, int x, int y) {
     const gtaoi_taps *near_taps = c->taps + index * GTAOI_NEAR;
-    int x1 = x + (GTAOI_W - 1) * c->period, interior = gtaoi_interior(c, q + n - 1, x, x1, y), layer, side, begin, m;
+    int x1 = x + (GTAOI_W - 1) * c->period, n0 = n, n1 = n, layer, begin, m;
+    int moves = !gtaoi_interior(c, q + n - 1, x, x1, y);
+    if (moves && c->d.border == GTAO_BORDER_OPEN) {
+        n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
+        moves = 0;
+    }
     for (layer = 0; layer < c->layer_count; layer++) {
         const float *from = at + 2 * layer * c->plane;
         int clip = c->layer[layer].back && c->bounded;
-        for (side = 0; side < 2; side++) {
-            GTAOI_COLUMN column;
-            GTAOI_NAME(gtaoi_first_column)(p, layer, &column);
-            if (interior || c->d.border == GTAO_BORDER_OPEN) {
-                m = interior ? n : gtaoi_reach(c, q, n, side ? -1 : 1, x, x1, y);
-                GTAOI_NAME(gtaoi_search_columns)(c, p, f, s, a, side, &column, from, q, near_taps, 0, m, count, clip);
-                continue;
-            }
-            for (begin = 0; begin < n; begin += m) {
-                gtaoi_sample moved[GTAOI_CHUNK];
-                m = gtaoi_imin(n - begin, GTAOI_CHUNK);
-                gtaoi_remap(c, q + begin, m, x, y, c->slice[index].x_major == 0, moved);
-                GTAOI_NAME(gtaoi_search_columns)
-                (c, p, f, s, a, side, &column, from, moved, near_taps, begin, m, count, clip);
-            }
+        GTAOI_WALK walk;
+        GTAOI_NAME(gtaoi_begin_walk)(p, layer, &walk);
+        if (!moves)
+            GTAOI_NAME(gtaoi_search_columns)(c, p, f, s, a, &walk, from, q, near_taps, 0, n0, n1, count, clip);
+        for (begin = 0; moves && begin < n; begin += m) {
+            gtaoi_sample moved[GTAOI_CHUNK];
+            m = gtaoi_imin(n - begin, GTAOI_CHUNK);
+            gtaoi_remap(c, q + begin, m, x, y, c->slice[index].x_major == 0, moved);
+            GTAOI_NAME(gtaoi_search_columns)
+            (c, p, f, s, a, &walk, from, moved, near_taps, begin, begin + m, begin + m, count, clip);
         }
     }
 }
@@ -2998,11 +3046,11 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PI
     for (layer = 0; layer < c->layer_count; layer++) {
         const float *plane = c->w + 2 * layer * c->plane, *backs = plane + c->plane;
         int clip = c->layer[layer].back && c->bounded;
-        GTAOI_COLUMN column[2];
-        GTAOI_NAME(gtaoi_first_column)(p, layer, &column[0]);
-        column[1] = column[0];
+        GTAOI_WALK walk;
+        GV before = zero;
+        GTAOI_NAME(gtaoi_begin_walk)(p, layer, &walk);
         for (j = 0; j < n; j++) {
-            GV qx, qy, inv, t, fraction = zero;
+            GV qx, qy, inv, t, gap, fraction = zero, l, u;
             if (taps) {
                 GV px, py;
                 t = GV_DIV(GV_SET((float)(j + 1)), unit), px = GV_MUL(t, f->dx), py = GV_MUL(t, f->dy);
@@ -3018,10 +3066,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PI
                 t = GV_SQRT(GV_ADD(GV_MUL(qx, qx), GV_MUL(qy, qy)));
             }
             inv = GV_DIV(one, t);
+            gap = GV_MUL(GV_SUB(t, before), GV_SET(c->same_surface));
+            before = t;
             for (side = 0; side < 2; side++) {
                 GV x = side ? GV_SUB(p->x, qx) : GV_ADD(p->x, qx), y = side ? GV_SUB(p->y, qy) : GV_ADD(p->y, qy);
                 GV w = GTAOI_NAME(gtaoi_fetch)(c, plane, x, y), w_back = GTAOI_NAME(gtaoi_fetch)(c, backs, x, y);
                 GV ux = GV_MUL(qx, inv), uy = GV_MUL(qy, inv), base, rise, least, w_a = w, w_b = w, bx = x, by = y;
+                GM hangs;
                 if (taps) {
                     GV step = side ? GV_SET(-1.0f) : one, across = GV_MUL(step, GV_SELECT(along_x, p->gy, p->gx));
                     bx = GV_SELECT(along_x, x, GV_ADD(x, step)), by = GV_SELECT(along_x, GV_ADD(y, step), y);
@@ -3038,9 +3089,11 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PI
                 if (taps && j < GTAOI_NEAR)
                     least = GV_MIN(rise, GV_MAX(GTAOI_NAME(gtaoi_own_rise)(p, x, y, w_a),
                                                 GTAOI_NAME(gtaoi_own_rise)(p, bx, by, w_b)));
-                GTAOI_NAME(gtaoi_visit_column)
-                (c, p, f, a, side, &column[side], &s->rise[side], &a->mask[side], w, w_back, t, inv, base, rise, least,
-                 GV_LT(GV_SET((float)j), steps), c->orthographic, c->bounded, ring, clip);
+                hangs = GTAOI_NAME(gtaoi_visit_column)(c, p, f, a, side, &walk.column[side], &s->rise[side], w, w_back,
+                                                       gap, inv, base, rise, least, GV_LT(GV_SET((float)j), steps), &l,
+                                                       &u, c->orthographic, c->bounded, ring, clip);
+                if (GM_ANY(hangs))
+                    a->mask[side] = GTAOI_NAME(gtaoi_hang)(a, a->mask[side], hangs, l, u);
             }
         }
     }
@@ -3622,6 +3675,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
 #undef GTAOI_HORIZONS
 #undef GTAOI_ARCS
 #undef GTAOI_COLUMN
+#undef GTAOI_WALK
 #undef GTAOI_SAMPLE
 #undef GTAOI_SUM
 #undef GV_SET
