@@ -529,6 +529,8 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #define GTAOI_SECTORS 32           /* of a side, for what hangs free above the horizon: bits of a mask */
 #define GTAOI_ARC_LIMIT 1048576.0f /* 2^20: greatest t = (kappa - tangent) cos n, so that squares are exact in range */
 #define GTAOI_SAME_SURFACE_PX 4.0f /* neighbours within so many pixel footprints in depth are one surface */
+#define GTAOI_CONNECT                                                                                                  \
+    2.0f /* samples of a slice are one surface within so many times that for each pixel between them */
 
 /* ---- scalar helpers, in the papers' order ----------------------------------------------------------------------- */
 
@@ -921,6 +923,7 @@ struct gtao_context {
     int transform_normals;
     int arcs;        /* occluders have thickness: unions of arcs */
     int clip;        /* some backs are known: such columns count as far as they are within the radius */
+    float connect;   /* height difference per pixel within which samples are one surface, as same_surface */
     int layer_count; /* with the first */
     gtao_layer layer[1 + GTAO_MAX_LAYERS];
     float thickness;      /* in the unit of 1 / w; 1e30 and more: endless */
@@ -1387,6 +1390,7 @@ static void gtaoi_begin_arcs(gtao_context *c, float unit) {
     if (!d->thickness_stride)
         c->d.thickness_stride = (ptrdiff_t)d->width * 4;
     c->per_unit = 1.0f / unit;
+    c->connect = GTAOI_CONNECT * c->same_surface;
     c->thickness = d->thickness > 0.0f && d->thickness < 1e30f ? d->thickness / unit : (float)HUGE_VAL;
 }
 
@@ -1464,8 +1468,6 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
     c->cosines = desc->estimator == GTAO_ESTIMATOR_MEMO || desc->thin_blend > 0.0f;
     c->bent = output->bent_normals || output->packed;
     c->arcs = gtaoi_has_arcs(desc);
-    if (c->arcs)
-        gtaoi_begin_arcs(c, unit);
     c->inv_falloff = desc->falloff > 0.0f ? 1.0f / desc->falloff : 0.0f;
     c->z_sky = desc->sky_z > 0.0f ? desc->sky_z : (float)HUGE_VAL;
     if (c->orthographic) {
@@ -1484,6 +1486,8 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
         c->w_scale = desc->device_scale * unit;
         c->same_surface = GTAOI_SAME_SURFACE_PX * 2.0f / (cam->fx + gtaoi_fy(cam));
     }
+    if (c->arcs)
+        gtaoi_begin_arcs(c, unit);
     if (desc->depth_kind == GTAO_DEPTH_DEVICE) {
         /* The far plane is at d = 1, or at 0 if height grows with d (reversed). */
         c->w_bias = c->orthographic ? desc->device_bias / unit : desc->device_bias * unit;
@@ -2762,7 +2766,7 @@ GTAOI_FN GV GTAOI_NAME(gtaoi_fade_interval)(const gtao_context *c, const GTAOI_A
     return GV_MUL(GV_SUB(cosine, tangent), a->inv_scale);
 }
 
-/* A column at distance t = 1 / inv, `gap` behind the one before in units of same_surface; its front rises by `rise` and
+/* A column at distance t = 1 / inv, and the height difference `gap` (perspective: relative) that a surface makes from the one before; its front rises by `rise` and
  * occludes up to `least`. Raises the horizon where it joins it. Returns the pixels for which it hangs free above, as the
  * interval [l, u]. */
 GTAOI_FI GM GTAOI_NAME(gtaoi_visit_column)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
@@ -2895,7 +2899,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march_columns)(const gtao_context *c, const GTAOI
         GV inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv), gap;
         const gtaoi_taps *near_j = taps && j < GTAOI_NEAR ? near_taps + j : 0;
         float t = 1.0f / q->inv_length;
-        gap = GV_SET((t - before) * c->same_surface);
+        gap = GV_SET((t - before) * c->connect);
         before = t;
         if (taps) /* otherwise a lane has all or none */
             wanted = GV_LT(GV_SET((float)j), count);
@@ -3066,7 +3070,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PI
                 t = GV_SQRT(GV_ADD(GV_MUL(qx, qx), GV_MUL(qy, qy)));
             }
             inv = GV_DIV(one, t);
-            gap = GV_MUL(GV_SUB(t, before), GV_SET(c->same_surface));
+            gap = GV_MUL(GV_SUB(t, before), GV_SET(c->connect));
             before = t;
             for (side = 0; side < 2; side++) {
                 GV x = side ? GV_SUB(p->x, qx) : GV_ADD(p->x, qx), y = side ? GV_SUB(p->y, qy) : GV_ADD(p->y, qy);

@@ -94,7 +94,7 @@ static int one_surface(const ref_image *image, const ref_slabs *slabs, const sam
     const double footprint = image->orthographic ? image->sx : fmin(a->z, b->z) / image->fx;
     if (fabs(a->z - b->z) <= slabs->surface_px * footprint)
         return 1;
-    return planes && (plane_leads_to(image, a, b) || plane_leads_to(image, b, a));
+    return planes && plane_leads_to(image, a, b) && plane_leads_to(image, b, a);
 }
 
 /* Angle from the view vector of the direction to a point in the slice's plane. */
@@ -143,9 +143,9 @@ static int hidden_arc(const ref_image *image, const ref_settings *settings, cons
     if (settings->falloff > 0.0)
         weight = fmin(1.0, (settings->radius - nearest) / (settings->falloff * settings->radius));
     if (weight < 1.0) {
-        const double cos_limit = cos(limit);
-        out->from = acos(fmax(-1.0, fmin(1.0, cos_limit + weight * (cos(out->from) - cos_limit))));
-        out->to = acos(fmax(-1.0, fmin(1.0, cos_limit + weight * (cos(out->to) - cos_limit))));
+        /* towards its lower end, at most the tangent plane: for endless ones that is the height field's falloff */
+        const double low = fmin(out->to, limit), cos_low = cos(low);
+        out->from = acos(fmax(-1.0, fmin(1.0, cos_low + weight * (cos(out->from) - cos_low))));
     }
     return out->to >= out->from;
 }

@@ -126,8 +126,8 @@ typedef struct ref_slabs {
 } ref_slabs;
 
 /* Visibility and unit bent normal (may be null) of one pixel: per side of each slice the union of the arcs that slabs
- * hide, sorted and merged, and the exact integral over what is left. Cosine weighting only. With a falloff both ends of
- * an arc are drawn towards the tangent plane by the weight of the slab's nearest point. */
+ * hide, sorted and merged, and the exact integral over what is left. Cosine weighting only. With a falloff an arc
+ * shrinks towards its lower end (the tangent plane at most), in cosines, by the weight of the slab's nearest point. */
 double ref_arcs(const ref_image *image, const ref_settings *settings, const ref_slabs *slabs, int x, int y,
                 double bent[3]);
 
