@@ -2710,6 +2710,7 @@ typedef struct GTAOI_ARCS {
 /* A sample as a column: its height and the rises of its two ends. Also the one before it, for the surface between. */
 typedef struct GTAOI_COLUMN {
     GV w, front, back;
+    GM connected; /* with the sample before */
 } GTAOI_COLUMN;
 
 GTAOI_FN void GTAOI_NAME(gtaoi_begin_slice_arcs)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
@@ -2784,7 +2785,7 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_visit_column)(const gtao_context *c, const GTAOI_PI
     connected = GV_LE(GV_ABS(GV_SUB(w, before->w)), gap);
     l = GV_SELECT(connected, GV_MIN(before->front, back), back);
     u = GV_MAX(least, GV_IF(connected, before->back));
-    before->w = w, before->front = least, before->back = back;
+    before->w = w, before->front = least, before->back = back, before->connected = connected;
     if (bounded) {
         GV tangent = side ? GV_SUB(zero, f->kappa_tangent) : f->kappa_tangent, kappa, slope = GV_MUL(w, inv), reach2;
         if (clip) { /* the column's point nearest to the pixel decides, and only what is within the sphere counts */
@@ -2834,10 +2835,16 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_visit_column)(const gtao_context *c, const GTAOI_PI
     return GM_ANDNOT(wanted, joined);
 }
 
-/* The sectors between l and u. */
-GTAOI_FI GI GTAOI_NAME(gtaoi_hang)(const GTAOI_ARCS *a, GI mask, GM hangs, GV l, GV u) {
-    GV il = GTAOI_NAME(gtaoi_nearest)(GTAOI_NAME(gtaoi_sector)(a, l));
-    GV iu = GTAOI_NAME(gtaoi_nearest)(GTAOI_NAME(gtaoi_sector)(a, u));
+/* The sectors between l and u. A sample stands for the stretch of the slice between it and its neighbours: a column that
+ * hangs free is as wide, `half` (half the distance to the sample before, in units of t) to both sides but where a surface
+ * goes on. The rise at the ends of that stretch is that of the same height above the tangent plane. */
+GTAOI_FI GI GTAOI_NAME(gtaoi_hang)(const GTAOI_ARCS *a, const GTAOI_COLUMN *column, GI mask, GM hangs, GV l, GV u,
+                                   GV half) {
+    GTAOI_NO_CONTRACT
+    const GV one = GV_SET(1.0f);
+    GV il = GTAOI_NAME(gtaoi_sector)(a, GV_DIV(l, GV_ADD(one, half)));
+    GV iu = GTAOI_NAME(gtaoi_sector)(a, GV_DIV(u, GV_SELECT(column->connected, one, GV_SUB(one, half))));
+    il = GTAOI_NAME(gtaoi_nearest)(il), iu = GTAOI_NAME(gtaoi_nearest)(iu);
     return GI_OR(mask, GI_IF(hangs, GI_ANDNOT(GI_FROM(il), GI_FROM(iu))));
 }
 
@@ -2898,9 +2905,9 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march_columns)(const gtao_context *c, const GTAOI
     for (; j < n0 || j < n1; j++, q++) {
         GV inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv), gap;
         const gtaoi_taps *near_j = taps && j < GTAOI_NEAR ? near_taps + j : 0;
-        float t = 1.0f / q->inv_length;
-        gap = GV_SET((t - before) * c->connect);
-        before = t;
+        float t = 1.0f / q->inv_length, spacing;
+        spacing = t - before, before = t;
+        gap = GV_SET(spacing * c->connect);
         if (taps) /* otherwise a lane has all or none */
             wanted = GV_LT(GV_SET((float)j), count);
         else
@@ -2916,8 +2923,9 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march_columns)(const gtao_context *c, const GTAOI
                 GTAOI_NAME(gtaoi_take_column)(c, p, f, a, 1, &column_b, &horizon_b, at, q, near_j, inv, base, tangent,
                                               across, gap, wanted, &lb, &ub, orthographic, bounded, ring, taps, clip);
         if (GM_ANY(GM_OR(hangs_a, hangs_b))) {
-            mask_a = GTAOI_NAME(gtaoi_hang)(a, mask_a, hangs_a, la, ua);
-            mask_b = GTAOI_NAME(gtaoi_hang)(a, mask_b, hangs_b, lb, ub);
+            GV half = GV_SET(0.5f * spacing * q->inv_length);
+            mask_a = GTAOI_NAME(gtaoi_hang)(a, &column_a, mask_a, hangs_a, la, ua, half);
+            mask_b = GTAOI_NAME(gtaoi_hang)(a, &column_b, mask_b, hangs_b, lb, ub, half);
         }
     }
     s->rise[0] = horizon_a, s->rise[1] = horizon_b;
@@ -2942,6 +2950,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_begin_walk)(const GTAOI_PIXEL *p, int layer, GTAO
     GTAOI_COLUMN *column = walk->column;
     column->w = layer == 0 ? p->w0 : GV_SET(GTAOI_SKY); /* the pixel itself is on the first layer */
     column->front = column->back = GV_SET(0.0f);
+    column->connected = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
     column[1] = column[0];
     walk->t = 0.0f;
 }
@@ -3054,7 +3063,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PI
         GV before = zero;
         GTAOI_NAME(gtaoi_begin_walk)(p, layer, &walk);
         for (j = 0; j < n; j++) {
-            GV qx, qy, inv, t, gap, fraction = zero, l, u;
+            GV qx, qy, inv, t, gap, half, fraction = zero, l, u;
             if (taps) {
                 GV px, py;
                 t = GV_DIV(GV_SET((float)(j + 1)), unit), px = GV_MUL(t, f->dx), py = GV_MUL(t, f->dy);
@@ -3071,6 +3080,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PI
             }
             inv = GV_DIV(one, t);
             gap = GV_MUL(GV_SUB(t, before), GV_SET(c->connect));
+            half = GV_MUL(GV_MUL(GV_SET(0.5f), GV_SUB(t, before)), inv);
             before = t;
             for (side = 0; side < 2; side++) {
                 GV x = side ? GV_SUB(p->x, qx) : GV_ADD(p->x, qx), y = side ? GV_SUB(p->y, qy) : GV_ADD(p->y, qy);
@@ -3097,7 +3107,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PI
                                                        gap, inv, base, rise, least, GV_LT(GV_SET((float)j), steps), &l,
                                                        &u, c->orthographic, c->bounded, ring, clip);
                 if (GM_ANY(hangs))
-                    a->mask[side] = GTAOI_NAME(gtaoi_hang)(a, a->mask[side], hangs, l, u);
+                    a->mask[side] = GTAOI_NAME(gtaoi_hang)(a, &walk.column[side], a->mask[side], hangs, l, u, half);
             }
         }
     }
