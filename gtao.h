@@ -155,6 +155,11 @@ extern "C" {
     X(GTAO_ERROR_STEPS, "steps: must be 0 (from the preset) or 1..256")                                                \
     X(GTAO_ERROR_STEP_POWER, "step_power: must be 0 (default) or 0.25..8")                                             \
     X(GTAO_ERROR_THIN_BLEND, "thin_blend: must be 0..1")                                                               \
+    X(GTAO_ERROR_THICKNESS, "thickness: must not be negative or NaN")                                                  \
+    X(GTAO_ERROR_THICKNESS_MAP, "thickness_stride: rows overlap or are not a multiple of 4 bytes apart")               \
+    X(GTAO_ERROR_BACK, "back_stride: rows overlap or are not a multiple of 4 bytes apart")                             \
+    X(GTAO_ERROR_LAYERS, "layers, layer_count: 0..8 layers, each with a depth and rows apart by multiples of 4 bytes") \
+    X(GTAO_ERROR_ARCS, "thickness, thickness_map, back, layers: not with the memo estimator or thin_blend")            \
     X(GTAO_ERROR_ESTIMATOR, "estimator: unknown")                                                                      \
     X(GTAO_ERROR_WEIGHTING, "weighting: unknown")                                                                      \
     X(GTAO_ERROR_NOISE, "noise: unknown")                                                                              \
@@ -245,6 +250,17 @@ typedef enum gtao_isa {
     GTAO_ISA_NEON = 5
 } gtao_isa;
 
+#define GTAO_MAX_LAYERS 8
+
+/* A further layer of depth, as from depth peeling: front faces, and back faces if there are any. It only casts
+ * occlusion. Of the kind gtao_desc.depth_kind, sky where the layer has nothing; strides as there. */
+typedef struct gtao_layer {
+    const float *depth;
+    ptrdiff_t depth_stride;
+    const float *back; /* null: gtao_desc.thickness */
+    ptrdiff_t back_stride;
+} gtao_layer;
+
 /* Everything that is read. Zero-initialise, then set what differs: zero always means the default.
  * Pointers are to row 0, the top row. Strides are bytes from a row to the one below it, may be negative (images stored
  * bottom-up), 0 = tightly packed. Float buffers need float alignment only. */
@@ -282,6 +298,16 @@ typedef struct gtao_desc {
     int every_pixel;  /* nonzero: visit every pixel out to the radius instead of `steps` samples */
     float step_power; /* samples lie at 1 + (radius_px - 1) ((j + offset) / steps)^power; 0: 2 */
     float thin_blend; /* [J16] thickness heuristic: a sample below the horizon pulls it down by this factor; 0: off */
+    /* Occluders with thickness: with any of these set, slices are integrated as unions of arcs instead of up to a
+     * horizon. A sample is then a column along its view ray, from its front to its back (docs/theory.md). */
+    float thickness;            /* length of the column, world units; 0 or 1e30 and more: endless, a height field */
+    const float *thickness_map; /* the same per pixel of `depth`, or null; NaN and what is not positive: `thickness` */
+    ptrdiff_t thickness_stride;
+    const float *back; /* depth of the back faces of `depth`, of the same kind, or null; sky and invalid: `thickness` */
+    ptrdiff_t back_stride;
+    const gtao_layer *layers; /* further layers, to be kept until gtao_prepare_rows is done */
+    int layer_count;          /* 0..GTAO_MAX_LAYERS */
+
     gtao_estimator estimator;
     gtao_weighting weighting;
     gtao_noise noise;
@@ -636,7 +662,11 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #define GTAOI_CLAMP_NOISE 1.5f /* the clamp's least window, in mean changes of a pixel from frame to frame */
 #define GTAOI_BLUR_COST 0.6f /* part of its length that a history loses when read in the middle of two pixels, x 1/4 */
 #define GTAOI_DISOCCLUSION 0.25f   /* part of depth_tolerance that tells one surface from another in time */
+#define GTAOI_SECTORS 32           /* of a side, for what hangs free above the horizon: bits of a mask */
+#define GTAOI_ARC_LIMIT 1048576.0f /* 2^20: greatest t = (kappa - tangent) cos n, so that squares are exact in range */
 #define GTAOI_SAME_SURFACE_PX 4.0f /* neighbours within so many pixel footprints in depth are one surface */
+#define GTAOI_CONNECT                                                                                                  \
+    2.0f /* samples of a slice are one surface within so many times that for each pixel between them */
 
 /* ---- scalar helpers, in the papers' order ----------------------------------------------------------------------- */
 
@@ -1140,7 +1170,15 @@ struct gtao_context {
     float z_sky;                  /* z at or beyond is sky */
     float to_view[9];             /* normal_axes * normal_to_view */
     int transform_normals;
-    float *w;                        /* height buffer at row 0 of rows -2 .. height + 1; the first and last are sky */
+    int arcs;        /* occluders have thickness: unions of arcs */
+    int clip;        /* some backs are known: such columns count as far as they are within the radius */
+    float connect;   /* height difference per pixel within which samples are one surface, as same_surface */
+    int layer_count; /* with the first */
+    gtao_layer layer[1 + GTAO_MAX_LAYERS];
+    float thickness; /* in the unit of 1 / w; 1e30 and more: endless */
+    float per_unit;  /* factor of the thickness map */
+    ptrdiff_t plane; /* floats from a layer's heights to its backs, and from these to the next layer's heights */
+    float *w;        /* height buffer at row 0 of rows -2 .. height + 1; the first and last are sky */
     const gtao_frame_context *frame; /* whose tiles at rest are skipped, or null */
     ptrdiff_t normal_plane;          /* floats between the planes of normals in planes, 0 if they are interleaved */
     ptrdiff_t pitch;                 /* floats from row to row */
@@ -1157,7 +1195,8 @@ typedef struct gtaoi_layout {
     int every_pixel, slices, max_steps, period, per_pixel_noise, classes, segment, per_segment, max_radius;
     float extent_min, extent_max;
     uint32_t class_base;
-    ptrdiff_t pitch;
+    ptrdiff_t pitch, plane;
+    int planes;
     uint64_t w, slice, sample, taps, count, noise, total; /* byte offsets in the aligned scratch */
 } gtaoi_layout;
 
@@ -1191,8 +1230,33 @@ static int gtaoi_sh_count(const gtao_output *o) {
     return o->sh_bands == 2 ? 4 : 9;
 }
 
+/* Whether anything has a back. */
+static int gtaoi_has_arcs(const gtao_desc *d) {
+    return d->thickness > 0.0f || d->thickness_map || d->back || d->layer_count > 0;
+}
+
+static gtao_result gtaoi_check_arcs(const gtao_desc *d) {
+    int i, row = d->width * 4;
+    if (!(d->thickness >= 0.0f))
+        return GTAO_ERROR_THICKNESS;
+    if (d->thickness_map && !gtaoi_stride_ok(d->thickness_stride, row, 4))
+        return GTAO_ERROR_THICKNESS_MAP;
+    if (d->back && !gtaoi_stride_ok(d->back_stride, row, 4))
+        return GTAO_ERROR_BACK;
+    if (d->layer_count < 0 || d->layer_count > GTAO_MAX_LAYERS || (d->layer_count > 0 && !d->layers))
+        return GTAO_ERROR_LAYERS;
+    for (i = 0; i < d->layer_count; i++)
+        if (!d->layers[i].depth || !gtaoi_stride_ok(d->layers[i].depth_stride, row, 4) ||
+            (d->layers[i].back && !gtaoi_stride_ok(d->layers[i].back_stride, row, 4)))
+            return GTAO_ERROR_LAYERS;
+    if (gtaoi_has_arcs(d) && (d->estimator == GTAO_ESTIMATOR_MEMO || d->thin_blend > 0.0f))
+        return GTAO_ERROR_ARCS;
+    return GTAO_OK;
+}
+
 /* Order of the checks: order of the fields. */
 static gtao_result gtaoi_check_desc(const gtao_desc *d) {
+    gtao_result result;
     int i;
     if (!d)
         return GTAO_ERROR_DESC;
@@ -1252,6 +1316,9 @@ static gtao_result gtaoi_check_desc(const gtao_desc *d) {
         return GTAO_ERROR_STEP_POWER;
     if (!(d->thin_blend >= 0.0f && d->thin_blend <= 1.0f))
         return GTAO_ERROR_THIN_BLEND;
+    result = gtaoi_check_arcs(d);
+    if (result != GTAO_OK)
+        return result;
     if ((unsigned)d->estimator > GTAO_ESTIMATOR_MEMO)
         return GTAO_ERROR_ESTIMATOR;
     if ((unsigned)d->weighting > GTAO_WEIGHTING_UNIFORM)
@@ -1337,9 +1404,12 @@ static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
     if (l->pitch % 1024 == 0)
         l->pitch += 16; /* rows a multiple of 4 KiB apart would share cache sets */
 
+    l->plane = (ptrdiff_t)rows * l->pitch;
+    l->planes = gtaoi_has_arcs(d) ? 2 * (1 + d->layer_count) : 1;
+
     phases = (uint64_t)l->period * (uint64_t)l->period;
     l->w = (sizeof(struct gtao_context) + 63) / 64 * 64;
-    l->slice = l->w + (rows * (uint64_t)l->pitch * sizeof(float) + 63) / 64 * 64;
+    l->slice = l->w + ((uint64_t)l->planes * rows * (uint64_t)l->pitch * sizeof(float) + 63) / 64 * 64;
     l->sample = l->slice + (phases * (uint64_t)l->slices * sizeof(gtaoi_slice) + 63) / 64 * 64;
     l->taps = l->sample;
     if (!l->per_pixel_noise)
@@ -1575,6 +1645,29 @@ static void gtaoi_fill_noise(gtao_context *c) {
                 (float)gtaoi_pow(((double)j + ((double)x + 0.5) / 64.0) / (double)c->max_steps, power);
 }
 
+/* The layers with their defaults resolved, the first among them. */
+static void gtaoi_begin_arcs(gtao_context *c, float unit) {
+    const gtao_desc *d = &c->d;
+    int i;
+    c->layer_count = 1 + d->layer_count;
+    c->layer[0].depth = d->depth, c->layer[0].depth_stride = d->depth_stride;
+    c->layer[0].back = d->back, c->layer[0].back_stride = d->back_stride;
+    for (i = 1; i < c->layer_count; i++)
+        c->layer[i] = d->layers[i - 1];
+    for (i = 0; i < c->layer_count; i++) {
+        if (!c->layer[i].depth_stride)
+            c->layer[i].depth_stride = (ptrdiff_t)d->width * 4;
+        c->clip |= c->bounded && c->layer[i].back;
+        if (!c->layer[i].back_stride)
+            c->layer[i].back_stride = (ptrdiff_t)d->width * 4;
+    }
+    if (!d->thickness_stride)
+        c->d.thickness_stride = (ptrdiff_t)d->width * 4;
+    c->per_unit = 1.0f / unit;
+    c->connect = GTAOI_CONNECT * c->same_surface;
+    c->thickness = d->thickness > 0.0f && d->thickness < 1e30f ? d->thickness / unit : (float)HUGE_VAL;
+}
+
 static void gtaoi_fill_sky(float *row, ptrdiff_t n) {
     while (n-- > 0)
         *row++ = GTAOI_SKY;
@@ -1629,7 +1722,7 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
     c->per_pixel_noise = l.per_pixel_noise, c->period = l.period;
     c->classes = l.classes, c->class_base = l.class_base;
     c->extent_min = l.extent_min, c->extent_max = l.extent_max;
-    c->pitch = l.pitch, c->segment = l.segment;
+    c->pitch = l.pitch, c->segment = l.segment, c->plane = l.plane;
     c->max_radius = (float)l.max_radius;
 
     /* Lengths are measured in units of the radius, so that a common power of two in depth and radius changes no bit and
@@ -1643,6 +1736,7 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
     c->inner2 = (1.0f - desc->falloff) * (1.0f - desc->falloff);
     c->cosines = desc->estimator == GTAO_ESTIMATOR_MEMO || desc->thin_blend > 0.0f;
     c->bent = output->bent_normals || output->packed || output->sh || c->signal == 5;
+    c->arcs = gtaoi_has_arcs(desc);
     c->inv_falloff = desc->falloff > 0.0f ? 1.0f / desc->falloff : 0.0f;
     c->z_sky = desc->sky_z > 0.0f ? desc->sky_z : (float)HUGE_VAL;
     if (c->orthographic) {
@@ -1661,6 +1755,8 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
         c->w_scale = desc->device_scale * unit;
         c->same_surface = GTAOI_SAME_SURFACE_PX * 2.0f / (cam->fx + gtaoi_fy(cam));
     }
+    if (c->arcs)
+        gtaoi_begin_arcs(c, unit);
     if (desc->depth_kind == GTAO_DEPTH_DEVICE) {
         /* The far plane is at d = 1, or at 0 if height grows with d (reversed). */
         c->w_bias = c->orthographic ? desc->device_bias / unit : desc->device_bias * unit;
@@ -1686,6 +1782,7 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
 static void gtaoi_begin(const gtao_desc *desc, const gtao_output *output, const gtaoi_layout *plan, char *base,
                         gtao_context *c) {
     const gtaoi_layout l = *plan;
+    int i;
     gtaoi_resolve(desc, output, plan, c);
     c->w = (float *)(void *)(base + l.w);
     c->slice = (gtaoi_slice *)(void *)(base + l.slice);
@@ -1698,8 +1795,11 @@ static void gtaoi_begin(const gtao_desc *desc, const gtao_output *output, const 
     if (c->per_pixel_noise)
         gtaoi_fill_noise(c);
     c->w += 2 * c->pitch;
-    gtaoi_fill_sky(c->w - 2 * c->pitch, c->pitch);
-    gtaoi_fill_sky(c->w + (ptrdiff_t)(desc->height + 1) * c->pitch, c->pitch);
+    for (i = 0; i < l.planes; i++) {
+        float *w = c->w + i * c->plane;
+        gtaoi_fill_sky(w - 2 * c->pitch, c->pitch);
+        gtaoi_fill_sky(w + (ptrdiff_t)(desc->height + 1) * c->pitch, c->pitch);
+    }
 }
 
 GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output, void *scratch, size_t scratch_size,
@@ -1765,6 +1865,25 @@ static void gtaoi_pad_row(const gtao_context *c, float *row) {
             x = c->d.border == GTAO_BORDER_WRAP ? gtaoi_wrap(x, w) : gtaoi_imin(gtaoi_imax(x, 0), w - 1);
             segment[i] = row[(x & mask) * c->segment + GTAOI_PAD + (x >> shift)];
         }
+    }
+}
+
+/* The padding of row y of a plane of heights, and the rows above and below the image. */
+static void gtaoi_border_rows(const gtao_context *c, float *w, int y) {
+    int h = c->d.height;
+    float *row = w + (ptrdiff_t)y * c->pitch;
+    gtaoi_pad_row(c, row);
+    if (c->d.border == GTAO_BORDER_OPEN) {
+        if (y == 0)
+            gtaoi_fill_sky(row - c->pitch, c->pitch);
+        if (y == h - 1)
+            gtaoi_fill_sky(row + c->pitch, c->pitch);
+    } else {
+        int above = c->d.border == GTAO_BORDER_CLAMP ? 0 : h - 1, below = h - 1 - above;
+        if (y == above)
+            memcpy(w - c->pitch, row, (size_t)c->pitch * sizeof(float));
+        if (y == below)
+            memcpy(w + (ptrdiff_t)h * c->pitch, row, (size_t)c->pitch * sizeof(float));
     }
 }
 
@@ -2489,11 +2608,15 @@ GTAO_API const float *gtao_frame_plane(const gtao_frame_context *context, gtao_p
 #define GTAOI_ALL ((1u << GTAOI_W) - 1u)
 
 #define GV GTAOI_NAME(gtaoi_v)
+#define GI GTAOI_NAME(gtaoi_i)
 #define GM GTAOI_NAME(gtaoi_m)
 #define GTAOI_PIXEL GTAOI_NAME(gtaoi_pixel)
 #define GTAOI_FRAME GTAOI_NAME(gtaoi_frame)
 #define GTAOI_SAMPLE GTAOI_NAME(gtaoi_rising)
 #define GTAOI_HORIZONS GTAOI_NAME(gtaoi_horizons)
+#define GTAOI_ARCS GTAOI_NAME(gtaoi_arcs)
+#define GTAOI_COLUMN GTAOI_NAME(gtaoi_column)
+#define GTAOI_WALK GTAOI_NAME(gtaoi_walk)
 #define GTAOI_HISTORY GTAOI_NAME(gtaoi_history)
 #define GTAOI_TAPS GTAOI_NAME(gtaoi_block_taps)
 
@@ -2522,6 +2645,20 @@ typedef int GM;
 #define GM_BITS(m) ((unsigned)(m))
 #define GM_ANY(m) (m)
 #define GV_CLASS(a) gtaoi_from_bits(gtaoi_bits(a) & GTAOI_CLASS_MASK) /* a, its mantissa cut */
+typedef uint32_t GI; /* masks of sectors */
+#define GI_SET(x) (x)
+#define GI_OR(a, b) ((a) | (b))
+#define GI_AND(a, b) ((a) & (b))
+#define GI_ANDNOT(a, b) ((a) & ~(b)) /* a and not b */
+#define GI_ADD(a, b) ((a) + (b))
+#define GI_IF(m, a) ((m) ? (a) : 0u)
+#define GI_SELECT(m, a, b) ((m) ? (a) : (b))
+#define GI_IS_ZERO(a) ((a) == 0u)
+#define GI_FROM(f) gtaoi_bits_from((int)(f))                                     /* all bits from the f-th, 0..32 */
+#define GI_INDEX(a) ((float)(int)(gtaoi_bits((float)(a)) >> 23 & 255u) - 127.0f) /* of the only bit */
+GTAOI_INLINE uint32_t gtaoi_bits_from(int i) {
+    return i < 32 ? ~UINT32_C(0) << i : 0u;
+}
 
 #elif GTAOI_W == 4 && GTAOI_X86
 typedef __m128 GV;
@@ -2548,6 +2685,26 @@ typedef __m128 GM;
 #define GM_BITS(m) ((unsigned)_mm_movemask_ps(m))
 #define GM_ANY(m) (_mm_movemask_ps(m) != 0)
 #define GV_CLASS(a) _mm_and_ps(a, _mm_castsi128_ps(_mm_set1_epi32((int)GTAOI_CLASS_MASK)))
+typedef __m128i GI;
+#define GI_SET(x) _mm_set1_epi32((int)(x))
+#define GI_OR(a, b) _mm_or_si128(a, b)
+#define GI_AND(a, b) _mm_and_si128(a, b)
+#define GI_ANDNOT(a, b) _mm_andnot_si128(b, a)
+#define GI_ADD(a, b) _mm_add_epi32(a, b)
+#define GI_IF(m, a) _mm_and_si128(_mm_castps_si128(m), a)
+#define GI_SELECT(m, a, b) _mm_or_si128(_mm_and_si128(_mm_castps_si128(m), a), _mm_andnot_si128(_mm_castps_si128(m), b))
+#define GI_IS_ZERO(a) _mm_castsi128_ps(_mm_cmpeq_epi32(a, _mm_setzero_si128()))
+#define GI_FROM(f) gtaoi_sse2_from(f)
+#define GI_INDEX(a)                                                                                                    \
+    _mm_sub_ps(                                                                                                        \
+        _mm_cvtepi32_ps(_mm_and_si128(_mm_srli_epi32(_mm_castps_si128(_mm_cvtepi32_ps(a)), 23), _mm_set1_epi32(255))), \
+        _mm_set1_ps(127.0f))
+/* -2^i, by the exponent of a float: there is no shift by lanes. */
+GTAOI_INLINE GTAOI_ATTRIBUTE __m128i gtaoi_sse2_from(__m128 f) {
+    __m128i power = _mm_slli_epi32(_mm_add_epi32(_mm_cvttps_epi32(f), _mm_set1_epi32(127 + 256)), 23);
+    return _mm_and_si128(_mm_cvttps_epi32(_mm_castsi128_ps(power)),
+                         _mm_castps_si128(_mm_cmplt_ps(f, _mm_set1_ps(32.0f))));
+}
 
 #elif GTAOI_W == 4
 typedef float32x4_t GV;
@@ -2574,6 +2731,19 @@ typedef uint32x4_t GM;
 #define GM_BITS(m) gtaoi_neon_bits(m)
 #define GM_ANY(m) (vmaxvq_u32(m) != 0)
 #define GV_CLASS(a) vreinterpretq_f32_u32(vandq_u32(vreinterpretq_u32_f32(a), vdupq_n_u32(GTAOI_CLASS_MASK)))
+typedef uint32x4_t GI;
+#define GI_SET(x) vdupq_n_u32(x)
+#define GI_OR(a, b) vorrq_u32(a, b)
+#define GI_AND(a, b) vandq_u32(a, b)
+#define GI_ANDNOT(a, b) vbicq_u32(a, b)
+#define GI_ADD(a, b) vaddq_u32(a, b)
+#define GI_IF(m, a) vandq_u32(m, a)
+#define GI_SELECT(m, a, b) vbslq_u32(m, a, b)
+#define GI_IS_ZERO(a) vceqq_u32(a, vdupq_n_u32(0))
+#define GI_FROM(f) vshlq_u32(vdupq_n_u32(0xffffffffu), vcvtq_s32_f32(f))
+#define GI_INDEX(a)                                                                                                    \
+    vsubq_f32(vcvtq_f32_u32(vandq_u32(vshrq_n_u32(vreinterpretq_u32_f32(vcvtq_f32_u32(a)), 23), vdupq_n_u32(255))),    \
+              vdupq_n_f32(127.0f))
 GTAOI_INLINE unsigned gtaoi_neon_bits(uint32x4_t m) {
     static const uint32_t weight[4] = {1, 2, 4, 8};
     return vaddvq_u32(vandq_u32(m, vld1q_u32(weight)));
@@ -2604,6 +2774,20 @@ typedef __m256 GM;
 #define GM_BITS(m) ((unsigned)_mm256_movemask_ps(m))
 #define GM_ANY(m) (_mm256_movemask_ps(m) != 0)
 #define GV_CLASS(a) _mm256_and_ps(a, _mm256_castsi256_ps(_mm256_set1_epi32((int)GTAOI_CLASS_MASK)))
+typedef __m256i GI;
+#define GI_SET(x) _mm256_set1_epi32((int)(x))
+#define GI_OR(a, b) _mm256_or_si256(a, b)
+#define GI_AND(a, b) _mm256_and_si256(a, b)
+#define GI_ANDNOT(a, b) _mm256_andnot_si256(b, a)
+#define GI_ADD(a, b) _mm256_add_epi32(a, b)
+#define GI_IF(m, a) _mm256_and_si256(_mm256_castps_si256(m), a)
+#define GI_SELECT(m, a, b) _mm256_blendv_epi8(b, a, _mm256_castps_si256(m))
+#define GI_IS_ZERO(a) _mm256_castsi256_ps(_mm256_cmpeq_epi32(a, _mm256_setzero_si256()))
+#define GI_FROM(f) _mm256_sllv_epi32(_mm256_set1_epi32(-1), _mm256_cvttps_epi32(f))
+#define GI_INDEX(a)                                                                                                    \
+    _mm256_sub_ps(_mm256_cvtepi32_ps(_mm256_and_si256(                                                                 \
+                      _mm256_srli_epi32(_mm256_castps_si256(_mm256_cvtepi32_ps(a)), 23), _mm256_set1_epi32(255))),     \
+                  _mm256_set1_ps(127.0f))
 
 #elif GTAOI_W == 16
 typedef __m512 GV;
@@ -2630,6 +2814,20 @@ typedef __mmask16 GM;
 #define GM_BITS(m) ((unsigned)(m))
 #define GM_ANY(m) ((m) != 0)
 #define GV_CLASS(a) _mm512_and_ps(a, _mm512_castsi512_ps(_mm512_set1_epi32((int)GTAOI_CLASS_MASK)))
+typedef __m512i GI;
+#define GI_SET(x) _mm512_set1_epi32((int)(x))
+#define GI_OR(a, b) _mm512_or_si512(a, b)
+#define GI_AND(a, b) _mm512_and_si512(a, b)
+#define GI_ANDNOT(a, b) _mm512_andnot_si512(b, a)
+#define GI_ADD(a, b) _mm512_add_epi32(a, b)
+#define GI_IF(m, a) _mm512_maskz_mov_epi32(m, a)
+#define GI_SELECT(m, a, b) _mm512_mask_blend_epi32(m, b, a)
+#define GI_IS_ZERO(a) _mm512_cmpeq_epi32_mask(a, _mm512_setzero_si512())
+#define GI_FROM(f) _mm512_sllv_epi32(_mm512_set1_epi32(-1), _mm512_cvttps_epi32(f))
+#define GI_INDEX(a)                                                                                                    \
+    _mm512_sub_ps(_mm512_cvtepi32_ps(_mm512_and_si512(                                                                 \
+                      _mm512_srli_epi32(_mm512_castps_si512(_mm512_cvtepi32_ps(a)), 23), _mm512_set1_epi32(255))),     \
+                  _mm512_set1_ps(127.0f))
 #endif
 
 /* Four floats from each of the rows p, p + stride, ... into the lanes of four vectors, and back: between pixels in
@@ -2799,13 +2997,13 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_height)(const gtao_context *c, GV z, GV x, float ry
     return GV_SELECT(visible, height, GV_SET(GTAOI_SKY));
 }
 
-GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
+GTAOI_FN void GTAOI_NAME(gtaoi_heights)(const gtao_context *c, const float *image, ptrdiff_t stride, float *plane,
+                                        int y0, int y1) {
     GTAOI_NO_CONTRACT
-    const gtao_desc *d = &c->d;
-    int x, y, i, p, h = d->height, w = d->width;
+    int x, y, i, p, w = c->d.width;
     for (y = y0; y < y1; y++) {
-        const float *depth = (const float *)(const void *)((const char *)d->depth + (ptrdiff_t)y * d->depth_stride);
-        float *row = c->w + (ptrdiff_t)y * c->pitch;
+        const float *depth = (const float *)(const void *)((const char *)image + (ptrdiff_t)y * stride);
+        float *row = plane + (ptrdiff_t)y * c->pitch;
         float ry2 = gtaoi_ry2(c, y);
         for (x = 0; x < w; x += GTAOI_CHUNK) {
             float in[GTAOI_CHUNK], out[GTAOI_CHUNK];
@@ -2833,20 +3031,68 @@ GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
                 }
             }
         }
-        gtaoi_pad_row(c, row);
-        /* The rows above and below the image. */
-        if (d->border == GTAO_BORDER_OPEN) {
-            if (y == 0)
-                gtaoi_fill_sky(row - c->pitch, c->pitch);
-            if (y == h - 1)
-                gtaoi_fill_sky(row + c->pitch, c->pitch);
-        } else {
-            int above = d->border == GTAO_BORDER_CLAMP ? 0 : h - 1, below = h - 1 - above;
-            if (y == above)
-                memcpy(c->w - c->pitch, row, (size_t)c->pitch * sizeof(float));
-            if (y == below)
-                memcpy(c->w + (ptrdiff_t)h * c->pitch, row, (size_t)c->pitch * sizeof(float));
+        gtaoi_border_rows(c, plane, y);
+    }
+}
+
+/* Backs of a layer: those given, no nearer than the front, or what the thickness says. With T along the view ray and z
+ * along the axis, w' = 1 / (1 / w + T / |r|); orthographic w' = w - T. Endless: as if it were sky. */
+GTAOI_FN void GTAOI_NAME(gtaoi_backs)(const gtao_context *c, int k, int y0, int y1) {
+    GTAOI_NO_CONTRACT
+    const gtao_desc *d = &c->d;
+    const GV sky = GV_SET(GTAOI_SKY), zero = GV_SET(0.0f), one = GV_SET(1.0f), endless = GV_SET(1e30f);
+    const float *map = k == 0 ? d->thickness_map : 0;
+    float *front = c->w + 2 * k * c->plane, *back = front + c->plane, lanes[GTAOI_W];
+    int y, p, i, j;
+    if (c->layer[k].back)
+        GTAOI_NAME(gtaoi_heights)(c, c->layer[k].back, c->layer[k].back_stride, back, y0, y1);
+    for (y = y0; y < y1; y++) {
+        const float *row =
+            map ? (const float *)(const void *)((const char *)map + (ptrdiff_t)y * d->thickness_stride) : 0;
+        float ry2 = gtaoi_ry2(c, y);
+        for (p = 0; p < c->period; p++) {
+            ptrdiff_t at = (ptrdiff_t)y * c->pitch + (ptrdiff_t)p * c->segment + GTAOI_PAD;
+            for (i = 0; i * c->period + p < d->width; i += GTAOI_W, at += GTAOI_W) {
+                GV w = GV_LOAD(front + at), t = GV_SET(c->thickness), assumed;
+                GM solid = GV_LT(GV_SET(GTAOI_SKY_LIMIT), w);
+                if (row) {
+                    GV own;
+                    for (j = 0; j < GTAOI_W; j++)
+                        lanes[j] = row[gtaoi_imin((i + j) * c->period + p, d->width - 1)];
+                    own = GV_LOAD(lanes);
+                    t = GV_SELECT(GV_LT(zero, own),
+                                  GV_SELECT(GV_LT(own, endless), GV_MUL(own, GV_SET(c->per_unit)), own), t);
+                }
+                if (c->orthographic) {
+                    assumed = GV_SUB(w, t);
+                } else {
+                    GV rx = GV_ADD(GTAOI_NAME(gtaoi_iota)(), GV_SET((float)i));
+                    rx = GV_ADD(GV_MUL(rx, GV_SET((float)c->period)), GV_SET((float)p + 0.5f));
+                    rx = GV_MUL(GV_SUB(rx, GV_SET(c->cx)), GV_SET(c->bx1));
+                    rx = GV_MAX(GV_MIN(rx, GV_SET(GTAOI_RAY_LIMIT)), GV_SET(-GTAOI_RAY_LIMIT));
+                    rx = GV_SQRT(GV_ADD(GV_MUL(rx, rx), GV_SET(ry2)));
+                    assumed = GV_DIV(w, GV_ADD(one, GV_DIV(GV_MUL(t, w), rx)));
+                }
+                assumed = GV_SELECT(GV_LT(t, endless), GV_MAX(assumed, sky), sky);
+                if (c->layer[k].back) {
+                    GV given = GV_LOAD(back + at);
+                    assumed = GV_SELECT(GV_LT(GV_SET(GTAOI_SKY_LIMIT), given), GV_MIN(given, w), assumed);
+                }
+                GV_STORE(back + at, GV_SELECT(solid, assumed, sky));
+            }
         }
+        gtaoi_border_rows(c, back, y);
+    }
+}
+
+GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
+    int k;
+    GTAOI_NAME(gtaoi_heights)(c, c->d.depth, c->d.depth_stride, c->w, y0, y1);
+    for (k = 0; c->arcs && k < c->layer_count; k++) {
+        if (k > 0)
+            GTAOI_NAME(gtaoi_heights)
+        (c, c->layer[k].depth, c->layer[k].depth_stride, c->w + 2 * k * c->plane, y0, y1);
+        GTAOI_NAME(gtaoi_backs)(c, k, y0, y1);
     }
 }
 
@@ -3189,7 +3435,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const GTAOI_
 }
 
 /* Heights at whole-pixel coordinates, borders applied. */
-GTAOI_FI GV GTAOI_NAME(gtaoi_fetch)(const gtao_context *c, GV x, GV y) {
+GTAOI_FI GV GTAOI_NAME(gtaoi_fetch)(const gtao_context *c, const float *plane, GV x, GV y) {
     GTAOI_NO_CONTRACT
     float xs[GTAOI_W], ys[GTAOI_W], out[GTAOI_W];
     GV w = GV_SET((float)c->d.width), h = GV_SET((float)c->d.height), zero = GV_SET(0.0f), one = GV_SET(1.0f);
@@ -3207,7 +3453,7 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_fetch)(const gtao_context *c, GV x, GV y) {
     GV_STORE(xs, x);
     GV_STORE(ys, y);
     for (i = 0; i < GTAOI_W; i++)
-        out[i] = c->w[(ptrdiff_t)(int)ys[i] * c->pitch + GTAOI_PAD + (int)xs[i]];
+        out[i] = plane[(ptrdiff_t)(int)ys[i] * c->pitch + GTAOI_PAD + (int)xs[i]];
     return GV_LOAD(out);
 }
 
@@ -3263,14 +3509,14 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_
         }
         for (side = 0; side < 2; side++) {
             GV x = side ? GV_SUB(p->x, qx) : GV_ADD(p->x, qx), y = side ? GV_SUB(p->y, qy) : GV_ADD(p->y, qy);
-            GV w = GTAOI_NAME(gtaoi_fetch)(c, x, y), ux = GV_MUL(qx, inv), uy = GV_MUL(qy, inv), tangent, rise, least,
-               before[2];
+            GV w = GTAOI_NAME(gtaoi_fetch)(c, c->w, x, y), ux = GV_MUL(qx, inv), uy = GV_MUL(qy, inv), tangent, rise,
+               least, before[2];
             GV w_a = w, w_b = w, bx = x, by = y;
             if (taps) {
                 GV step = side ? GV_SET(-1.0f) : one;
                 GV across = GV_MUL(step, GV_SELECT(along_x, p->gy, p->gx));
                 bx = GV_SELECT(along_x, x, GV_ADD(x, step)), by = GV_SELECT(along_x, GV_ADD(y, step), y);
-                w_b = GTAOI_NAME(gtaoi_fetch)(c, bx, by);
+                w_b = GTAOI_NAME(gtaoi_fetch)(c, c->w, bx, by);
                 w = GTAOI_NAME(gtaoi_between)(c, w_a, w_b, fraction, across, c->orthographic);
                 ux = f->dx, uy = f->dy;
             }
@@ -3298,6 +3544,431 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_
             }
         }
     }
+}
+
+/* ---- arcs: occluders with thickness ----------------------------------------------------------------------------- */
+
+/* A sample is a column along its view ray, from its front to its back: an interval of rises above the tangent plane.
+ * What is occluded is the union of the intervals. The part of it that reaches down to the tangent plane is kept as a
+ * horizon, exactly; what hangs free above it as a mask of sectors on each side. Sector borders are equidistant in
+ * y = t^2 / (1 + t^2), t = (kappa - kappa_tangent) cos n: equal cosine-weighted solid angle where the normal is v and
+ * nearly so elsewhere, and no angle is needed. An end of an interval goes to the nearest border; borders move by a
+ * fraction from slice to slice, so that these roundings do not add up over slices. */
+typedef struct GTAOI_ARCS {
+    GI mask[2]; /* + and - side */
+    GV to_t;    /* rise to t, and back */
+    GV from_t;
+    GV shift;     /* of the sector borders, in sectors, -1/2..1/2 */
+    GV inv_scale; /* cot h to rise; only for falloff and columns cut off by the radius */
+    GV chord;     /* (radius w0)^2: the sphere along the view rays; only for the latter */
+    GV denominator, inv_denominator;
+} GTAOI_ARCS;
+
+/* A sample as a column: its height and the rises of its two ends. Also the one before it, for the surface between. */
+typedef struct GTAOI_COLUMN {
+    GV w, front, back;
+    GM connected; /* with the sample before */
+} GTAOI_COLUMN;
+
+GTAOI_FN void GTAOI_NAME(gtaoi_begin_slice_arcs)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                                 int k, GTAOI_ARCS *a) {
+    GTAOI_NO_CONTRACT
+    const GV one = GV_SET(1.0f);
+    GV sec = GV_SQRT(GV_ADD(one, GV_MUL(f->kappa_tangent, f->kappa_tangent)));
+    float turn = 0.618034f * (float)k;
+    a->mask[0] = a->mask[1] = GI_SET(0u);
+    a->to_t = GV_DIV(f->kappa_scale, sec);
+    a->from_t = GV_DIV(sec, f->kappa_scale);
+    a->shift = GV_SET((turn - (float)(int)turn) * 0.96875f - 0.484375f);
+    a->inv_scale = a->chord = a->denominator = a->inv_denominator = one;
+    if (c->inv_falloff > 0.0f || c->clip)
+        a->inv_scale = GV_DIV(one, f->kappa_scale);
+    if (c->clip) {
+        /* Of the ray r the sphere about P0 holds w0 (r.r0 -+ sqrt((R w0)^2 r^2 - (r x r0)^2)) / (r0^2 - (R w0)^2). */
+        a->chord = GV_MUL(GV_SET(c->reach), p->w0);
+        a->chord = GV_MUL(a->chord, a->chord);
+        a->denominator = GV_SUB(GV_MUL(p->len, p->len), a->chord);
+        a->inv_denominator = GV_DIV(p->w0, a->denominator);
+    }
+}
+
+/* Number of the border that is nearest to a rise, 0..GTAOI_SECTORS; and the rise of a border. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_sector)(const GTAOI_ARCS *a, GV rise) {
+    GTAOI_NO_CONTRACT
+    GV t = GV_MIN(GV_MUL(rise, a->to_t), GV_SET(GTAOI_ARC_LIMIT)), tt = GV_MUL(t, t);
+    return GV_SUB(GV_MUL(GV_DIV(tt, GV_ADD(tt, GV_SET(1.0f))), GV_SET((float)GTAOI_SECTORS)), a->shift);
+}
+GTAOI_FI GV GTAOI_NAME(gtaoi_border)(const GTAOI_ARCS *a, GV i) {
+    GTAOI_NO_CONTRACT
+    GV y = GV_MUL(GV_ADD(i, a->shift), GV_SET(1.0f / (float)GTAOI_SECTORS)), t;
+    t = GV_SQRT(GV_DIV(GV_IF(GV_LT(GV_SET(0.5f), i), y), GV_SUB(GV_SET(1.0f), y)));
+    t = GV_SELECT(GV_LT(i, GV_SET((float)GTAOI_SECTORS - 0.5f)), t, GV_SET(GTAOI_ARC_LIMIT));
+    return GV_MUL(t, a->from_t);
+}
+
+/* An interval from l to u in the falloff ring: it shrinks to its lower end, cos u' = lerp(cos l, cos u, weight). For an
+ * endless column l is the tangent plane, which is the attenuation of the height field. */
+GTAOI_FN GV GTAOI_NAME(gtaoi_fade_interval)(const gtao_context *c, const GTAOI_ARCS *a, const GTAOI_FRAME *f, int side,
+                                            GV l, GV u, GV rho, GV reach) {
+    GTAOI_NO_CONTRACT
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_KAPPA_LIMIT);
+    GV tangent = side ? GV_SUB(zero, f->kappa_tangent) : f->kappa_tangent, kl, ku, cosine, weight;
+    weight = GV_MUL(GV_SUB(one, GV_DIV(GV_SQRT(rho), GV_ABS(reach))), GV_SET(c->inv_falloff));
+    weight = GV_MIN(GV_MAX(weight, zero), one);
+    kl = GV_MIN(GV_ADD(GV_MUL(GV_MAX(l, zero), f->kappa_scale), tangent), limit);
+    ku = GV_MIN(GV_ADD(GV_MUL(u, f->kappa_scale), tangent), limit);
+    kl = GV_DIV(kl, GV_SQRT(GV_ADD(GV_MUL(kl, kl), one)));
+    ku = GV_DIV(ku, GV_SQRT(GV_ADD(GV_MUL(ku, ku), one)));
+    cosine = GV_ADD(kl, GV_MUL(weight, GV_SUB(ku, kl)));
+    cosine = GV_DIV(cosine, GV_SQRT(GV_MAX(GV_SUB(one, GV_MUL(cosine, cosine)), GV_SET(1e-12f))));
+    return GV_MUL(GV_SUB(cosine, tangent), a->inv_scale);
+}
+
+/* A column at distance t = 1 / inv, and the height difference `gap` (perspective: relative) that a surface makes from the one before; its front rises by `rise` and
+ * occludes up to `least`. Raises the horizon where it joins it. Returns the pixels for which it hangs free above, as the
+ * interval [l, u]. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_visit_column)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                           const GTAOI_ARCS *a, int side, GTAOI_COLUMN *before, GV *horizon, GV w,
+                                           GV w_back, GV gap, GV inv, GV base, GV rise, GV least, GM wanted, GV *low,
+                                           GV *high, int orthographic, int bounded, int ring, int clip) {
+    GTAOI_NO_CONTRACT
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    GV back = GV_SUB(GV_MUL(w_back, inv), base), l, u, rho = one, reach = one;
+    GM joined, connected, fading = GV_LT(one, zero);
+    /* A surface that goes on from the column before covers what lies between. The height of sky is negative: it never
+     * does. Rises below zero do not count. */
+    if (!orthographic)
+        gap = GV_MUL(gap, GV_MIN(w, before->w));
+    connected = GV_LE(GV_ABS(GV_SUB(w, before->w)), gap);
+    l = GV_SELECT(connected, GV_MIN(before->front, back), back);
+    u = GV_MAX(least, GV_IF(connected, before->back));
+    before->w = w, before->front = least, before->back = back, before->connected = connected;
+    if (bounded) {
+        GV tangent = side ? GV_SUB(zero, f->kappa_tangent) : f->kappa_tangent, kappa, slope = GV_MUL(w, inv), reach2;
+        if (clip) { /* the column's point nearest to the pixel decides, and only what is within the sphere counts */
+            GV lowest, highest;
+            rise = GV_MIN(GV_MAX(GV_SUB(zero, GV_MUL(tangent, a->inv_scale)), back), rise);
+            slope = GV_ADD(rise, base);
+            if (orthographic) {
+                GV room = GV_MUL(inv, f->reach);
+                room = GV_SQRT(GV_MAX(GV_SUB(GV_MUL(room, room), one), zero));
+                lowest = GV_MUL(GV_SUB(GV_SUB(zero, room), tangent), a->inv_scale);
+                highest = GV_MUL(GV_SUB(room, tangent), a->inv_scale);
+            } else {
+                GV t = GV_DIV(one, inv), tt = GV_MUL(t, t), len2 = GV_MUL(p->len, p->len), br, rr, dot, root;
+                br = GV_MUL(t, GV_MUL(f->along, p->len));
+                if (side)
+                    br = GV_SUB(zero, br);
+                dot = GV_ADD(len2, br);
+                rr = GV_ADD(GV_ADD(dot, br), GV_MUL(tt, f->bb));
+                root = GV_MUL(GV_MUL(tt, len2), GV_SUB(f->bb, GV_MUL(f->along, f->along)));
+                root = GV_SQRT(GV_MAX(GV_SUB(GV_MUL(a->chord, rr), root), zero));
+                lowest = GV_SUB(GV_MUL(GV_MUL(GV_SUB(dot, root), a->inv_denominator), inv), base);
+                highest = GV_SUB(GV_MUL(GV_MUL(GV_ADD(dot, root), a->inv_denominator), inv), base);
+                highest = GV_SELECT(GV_LT(zero, a->denominator), highest, u); /* else the eye is within the sphere */
+            }
+            l = GV_MAX(lowest, l), u = GV_MIN(highest, u);
+        }
+        kappa = GV_ADD(GV_MUL(rise, f->kappa_scale), tangent);
+        rho = GV_ADD(GV_MUL(kappa, kappa), one);
+        reach = GV_MUL(orthographic ? inv : slope, f->reach);
+        reach2 = GV_MUL(reach, reach);
+        if (ring) {
+            GV highest = GV_MAX(u, rise); /* as in the height field, where `least` does not bound what fades */
+            GM inside = GV_LE(rho, GV_MUL(reach2, GV_SET(c->inner2)));
+            fading = GM_ANDNOT(GM_AND(wanted, GV_LT(rho, reach2)), inside);
+            wanted = GM_OR(GM_AND(wanted, inside), fading);
+            fading = GM_AND(fading, GV_LT(*horizon, highest));
+            if (GM_ANY(fading))
+                u = GV_SELECT(fading, GTAOI_NAME(gtaoi_fade_interval)(c, a, f, side, l, highest, rho, reach), u);
+        } else {
+            wanted = GM_AND(wanted, GV_LE(rho, reach2));
+        }
+    }
+    wanted = GM_AND(wanted, GV_LT(*horizon, u));
+    joined = GM_AND(wanted, GV_LE(l, *horizon));
+    *horizon = GV_SELECT(joined, u, *horizon);
+    *low = l, *high = u;
+    return GM_ANDNOT(wanted, joined);
+}
+
+/* The sectors between l and u. A sample stands for the stretch of the slice between it and its neighbours: a column that
+ * hangs free is as wide, `half` (half the distance to the sample before, in units of t) to both sides but where a surface
+ * goes on. The rise at the ends of that stretch is that of the same height above the tangent plane. */
+GTAOI_FI GI GTAOI_NAME(gtaoi_hang)(const GTAOI_ARCS *a, const GTAOI_COLUMN *column, GI mask, GM hangs, GV l, GV u,
+                                   GV half) {
+    GTAOI_NO_CONTRACT
+    const GV one = GV_SET(1.0f);
+    GV il = GTAOI_NAME(gtaoi_sector)(a, GV_DIV(l, GV_ADD(one, half)));
+    GV iu = GTAOI_NAME(gtaoi_sector)(a, GV_DIV(u, GV_SELECT(column->connected, one, GV_SUB(one, half))));
+    il = GTAOI_NAME(gtaoi_nearest)(il), iu = GTAOI_NAME(gtaoi_nearest)(iu);
+    return GI_OR(mask, GI_IF(hangs, GI_ANDNOT(GI_FROM(il), GI_FROM(iu))));
+}
+
+/* Back height between two pixels: as the front's, gtaoi_between. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_between_backs)(const gtao_context *c, GV a, GV b, GV a_back, GV b_back, GV fraction,
+                                            GV across, int orthographic) {
+    GTAOI_NO_CONTRACT
+    GV limit = GV_SET(c->same_surface), nearest;
+    GM near_a = GV_LT(fraction, GV_SET(0.5f));
+    nearest = GV_ADD(GV_SELECT(near_a, a_back, b_back),
+                     GV_MUL(GV_SUB(fraction, GV_SELECT(near_a, GV_SET(0.0f), GV_SET(1.0f))), across));
+    if (!orthographic)
+        limit = GV_MUL(limit, GV_MIN(GV_ABS(a), GV_ABS(b)));
+    return GV_SELECT(GV_LE(GV_ABS(GV_SUB(b, a)), limit), GV_ADD(a_back, GV_MUL(fraction, GV_SUB(b_back, a_back))),
+                     nearest);
+}
+
+/* A column of the table on one side. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_take_column)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                          const GTAOI_ARCS *a, int side, GTAOI_COLUMN *before, GV *horizon,
+                                          const float *at, const gtaoi_sample *q, const gtaoi_taps *near_taps, GV inv,
+                                          GV base, GV tangent, GV across, GV gap, GM wanted, GV *l, GV *u,
+                                          int orthographic, int bounded, int ring, int taps, int clip) {
+    GTAOI_NO_CONTRACT
+    const float *backs = at + c->plane;
+    GV w, w_back = GV_LOAD(backs + q->offset[side]), least, rise;
+    rise = GTAOI_NAME(gtaoi_take)(c, p, side, at, q, near_taps, inv, base, tangent, across, &w, &least, orthographic,
+                                  taps);
+    if (taps)
+        w_back = GTAOI_NAME(gtaoi_between_backs)(c, GV_LOAD(at + q->offset[side]), GV_LOAD(at + q->offset[side + 2]),
+                                                 w_back, GV_LOAD(backs + q->offset[side + 2]), GV_SET(q->ux),
+                                                 side ? GV_SUB(GV_SET(0.0f), across) : across, orthographic);
+    base = side ? GV_SUB(base, tangent) : GV_ADD(base, tangent);
+    return GTAOI_NAME(gtaoi_visit_column)(c, p, f, a, side, before, horizon, w, w_back, gap, inv, base, rise, least,
+                                          wanted, l, u, orthographic, bounded, ring, clip);
+}
+
+/* Where a march stands on both sides; it may be interrupted. */
+typedef struct GTAOI_WALK {
+    GTAOI_COLUMN column[2];
+    float t;
+} GTAOI_WALK;
+
+/* Samples number j to n0 - 1 on the + side and to n1 - 1 on the - side, of which `q` is the first; a lane has the first
+ * `count` of the list. `at` is the group's first pixel in the layer's heights. */
+GTAOI_FI void GTAOI_NAME(gtaoi_march_columns)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                              GTAOI_HORIZONS *s, GTAOI_ARCS *a, GTAOI_WALK *walk, const float *at,
+                                              const gtaoi_sample *q, const gtaoi_taps *near_taps, int j, int n0, int n1,
+                                              GV count, int orthographic, int bounded, int ring, int taps, int clip) {
+    GTAOI_NO_CONTRACT
+    GTAOI_COLUMN column_a = walk->column[0], column_b = walk->column[1];
+    GV horizon_a = s->rise[0], horizon_b = s->rise[1], la, ua, lb, ub;
+    GV across = GV_SELECT(GV_LE(GV_ABS(f->dy), GV_ABS(f->dx)), p->gy, p->gx);
+    GV tangent = GV_ADD(GV_MUL(p->gx, f->dx), GV_MUL(p->gy, f->dy));
+    GM hangs_a, hangs_b, wanted = GV_LT(GV_SET(0.0f), count), none = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
+    GI mask_a = a->mask[0], mask_b = a->mask[1];
+    float before = walk->t;
+    for (; j < n0 || j < n1; j++, q++) {
+        GV inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv), gap;
+        const gtaoi_taps *near_j = taps && j < GTAOI_NEAR ? near_taps + j : 0;
+        float t = 1.0f / q->inv_length, spacing;
+        spacing = t - before, before = t;
+        gap = GV_SET(spacing * c->connect);
+        if (taps) /* otherwise a lane has all or none */
+            wanted = GV_LT(GV_SET((float)j), count);
+        else
+            tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
+        hangs_a = hangs_b = none;
+        la = ua = lb = ub = gap;
+        if (j < n0)
+            hangs_a =
+                GTAOI_NAME(gtaoi_take_column)(c, p, f, a, 0, &column_a, &horizon_a, at, q, near_j, inv, base, tangent,
+                                              across, gap, wanted, &la, &ua, orthographic, bounded, ring, taps, clip);
+        if (j < n1)
+            hangs_b =
+                GTAOI_NAME(gtaoi_take_column)(c, p, f, a, 1, &column_b, &horizon_b, at, q, near_j, inv, base, tangent,
+                                              across, gap, wanted, &lb, &ub, orthographic, bounded, ring, taps, clip);
+        if (GM_ANY(GM_OR(hangs_a, hangs_b))) {
+            GV half = GV_SET(0.5f * spacing * q->inv_length);
+            mask_a = GTAOI_NAME(gtaoi_hang)(a, &column_a, mask_a, hangs_a, la, ua, half);
+            mask_b = GTAOI_NAME(gtaoi_hang)(a, &column_b, mask_b, hangs_b, lb, ub, half);
+        }
+    }
+    s->rise[0] = horizon_a, s->rise[1] = horizon_b;
+    a->mask[0] = mask_a, a->mask[1] = mask_b;
+    walk->column[0] = column_a, walk->column[1] = column_b, walk->t = before;
+}
+
+/* The variant for this call; all conditions are constants in the loop of the first. */
+GTAOI_FN void GTAOI_NAME(gtaoi_search_columns)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                               GTAOI_HORIZONS *s, GTAOI_ARCS *a, GTAOI_WALK *walk, const float *at,
+                                               const gtaoi_sample *q, const gtaoi_taps *near_taps, int j, int n0,
+                                               int n1, GV count, int clip) {
+    int ring = c->inv_falloff > 0.0f;
+    if (!c->orthographic && c->bounded && !ring && !c->every_pixel && !clip)
+        GTAOI_NAME(gtaoi_march_columns)(c, p, f, s, a, walk, at, q, near_taps, j, n0, n1, count, 0, 1, 0, 0, 0);
+    else
+        GTAOI_NAME(gtaoi_march_columns)
+    (c, p, f, s, a, walk, at, q, near_taps, j, n0, n1, count, c->orthographic, c->bounded, ring, c->every_pixel, clip);
+}
+
+GTAOI_FI void GTAOI_NAME(gtaoi_begin_walk)(const GTAOI_PIXEL *p, int layer, GTAOI_WALK *walk) {
+    GTAOI_COLUMN *column = walk->column;
+    column->w = layer == 0 ? p->w0 : GV_SET(GTAOI_SKY); /* the pixel itself is on the first layer */
+    column->front = column->back = GV_SET(0.0f);
+    column->connected = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
+    column[1] = column[0];
+    walk->t = 0.0f;
+}
+
+/* One list of samples, all layers and both sides. */
+GTAOI_FN void GTAOI_NAME(gtaoi_search_layers)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                              GTAOI_HORIZONS *s, GTAOI_ARCS *a, const float *at, int index,
+                                              const gtaoi_sample *q, int n, GV count, int x, int y) {
+    const gtaoi_taps *near_taps = c->taps + index * GTAOI_NEAR;
+    int x1 = x + (GTAOI_W - 1) * c->period, n0 = n, n1 = n, layer, begin, m;
+    int moves = !gtaoi_interior(c, q + n - 1, x, x1, y);
+    if (moves && c->d.border == GTAO_BORDER_OPEN) {
+        n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
+        moves = 0;
+    }
+    for (layer = 0; layer < c->layer_count; layer++) {
+        const float *from = at + 2 * layer * c->plane;
+        int clip = c->layer[layer].back && c->bounded;
+        GTAOI_WALK walk;
+        GTAOI_NAME(gtaoi_begin_walk)(p, layer, &walk);
+        if (!moves)
+            GTAOI_NAME(gtaoi_search_columns)(c, p, f, s, a, &walk, from, q, near_taps, 0, n0, n1, count, clip);
+        for (begin = 0; moves && begin < n; begin += m) {
+            gtaoi_sample moved[GTAOI_CHUNK];
+            m = gtaoi_imin(n - begin, GTAOI_CHUNK);
+            gtaoi_remap(c, q + begin, m, x, y, c->slice[index].x_major == 0, moved);
+            GTAOI_NAME(gtaoi_search_columns)
+            (c, p, f, s, a, &walk, from, moved, near_taps, begin, begin + m, begin + m, count, clip);
+        }
+    }
+}
+
+/* What hangs free but touches the horizon raises it; what lies below it is forgotten. */
+GTAOI_FN void GTAOI_NAME(gtaoi_absorb)(GTAOI_HORIZONS *s, GTAOI_ARCS *a) {
+    GTAOI_NO_CONTRACT
+    int side;
+    for (side = 0; side < 2; side++) {
+        GI mask = a->mask[side], from, here, ends, after;
+        GV i, top;
+        if (GM_BITS(GI_IS_ZERO(mask)) == GTAOI_ALL)
+            continue;
+        i = GTAOI_NAME(gtaoi_floor)(GTAOI_NAME(gtaoi_sector)(a, s->rise[side]));
+        i = GV_MIN(GV_MAX(i, GV_SET(0.0f)), GV_SET((float)(GTAOI_SECTORS - 1)));
+        from = GI_FROM(i);
+        mask = GI_AND(mask, from);
+        here = GI_AND(mask, GI_ANDNOT(from, GI_FROM(GV_ADD(i, GV_SET(1.0f)))));
+        ends = GI_ADD(mask, here); /* carries through the run of set bits that starts in the horizon's sector */
+        after = GI_ANDNOT(ends, mask);
+        i = GV_SELECT(GI_IS_ZERO(after), GV_SET((float)GTAOI_SECTORS), GI_INDEX(after));
+        top = GTAOI_NAME(gtaoi_border)(a, i);
+        s->rise[side] = GV_SELECT(GI_IS_ZERO(here), s->rise[side], GV_MAX(s->rise[side], top));
+        a->mask[side] = GI_SELECT(GI_IS_ZERO(here), mask, GI_AND(mask, ends));
+    }
+}
+
+/* One slice of a group whose lanes share directions: lanes by radius class. */
+GTAOI_FN void GTAOI_NAME(gtaoi_arcs_table)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                           GTAOI_HORIZONS *s, GTAOI_ARCS *a, const float *at, int index, GM active,
+                                           int x, int y, gtao_stats *stats) {
+    const int *count = c->count + (size_t)index * (size_t)c->classes;
+    const gtaoi_sample *q = c->sample + (size_t)index * (size_t)c->max_steps;
+    float keys[GTAOI_W], counts[GTAOI_W];
+    int i, n, layers = c->layer_count;
+    GV_STORE(keys, p->key);
+    if (c->every_pixel) { /* one list, of which each lane has its part */
+        for (n = 0, i = 0; i < GTAOI_W; i++) {
+            int own = GM_BITS(active) >> i & 1 ? count[gtaoi_class(c, keys[i])] : 0;
+            counts[i] = (float)own, n = gtaoi_imax(n, own);
+            stats->samples += (uint64_t)(2 * own * layers);
+        }
+        if (n > 0)
+            GTAOI_NAME(gtaoi_search_layers)(c, p, f, s, a, at, index, q, n, GV_LOAD(counts), x, y);
+        active = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
+    }
+    while (GM_ANY(active)) {
+        int first = GTAOI_NAME(gtaoi_first)(GM_BITS(active)), k = gtaoi_class(c, keys[first]);
+        GM lanes = GM_AND(active, GV_EQ(p->key, GV_SET(keys[first])));
+        n = count[k];
+        q = c->sample + ((size_t)index * (size_t)c->classes + (size_t)k) * (size_t)c->max_steps;
+        stats->samples += (uint64_t)(2 * n * layers * gtaoi_popcount(GM_BITS(lanes)));
+        GTAOI_NAME(gtaoi_search_layers)(c, p, f, s, a, at, index, q, n, GV_IF(lanes, GV_SET((float)n)), x, y);
+        active = GM_ANDNOT(active, lanes);
+    }
+    GTAOI_NAME(gtaoi_absorb)(s, a);
+}
+
+/* One slice of a group with a direction and an offset for each pixel. */
+GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                           GTAOI_HORIZONS *s, GTAOI_ARCS *a, GM active, gtao_stats *stats) {
+    GTAOI_NO_CONTRACT
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(1e6f);
+    GV unit = GV_MAX(GV_ABS(f->dx), GV_ABS(f->dy)), radius, steps = GV_SET((float)c->max_steps);
+    GM along_x = GV_LE(GV_ABS(f->dy), GV_ABS(f->dx));
+    float level[GTAOI_W], position[GTAOI_W];
+    int i, j, layer, side, n = c->max_steps, taps = c->every_pixel, ring = c->inv_falloff > 0.0f;
+    radius = GV_MIN(GV_MAX(GV_DIV(p->extent, GV_SQRT(f->bb)), one), GV_SET(c->max_radius));
+    GV_STORE(level, p->offset);
+    if (taps)
+        steps = GV_MAX(GTAOI_NAME(gtaoi_floor)(GV_MUL(radius, unit)), one);
+    steps = GV_IF(active, GV_MIN(steps, limit));
+    GV_STORE(position, steps);
+    for (n = 0, i = 0; i < GTAOI_W; i++) {
+        n = gtaoi_imax(n, (int)position[i]);
+        stats->samples += (uint64_t)(2 * (int)position[i] * c->layer_count);
+    }
+    for (layer = 0; layer < c->layer_count; layer++) {
+        const float *plane = c->w + 2 * layer * c->plane, *backs = plane + c->plane;
+        int clip = c->layer[layer].back && c->bounded;
+        GTAOI_WALK walk;
+        GV before = zero;
+        GTAOI_NAME(gtaoi_begin_walk)(p, layer, &walk);
+        for (j = 0; j < n; j++) {
+            GV qx, qy, inv, t, gap, half, fraction = zero, l, u;
+            if (taps) {
+                GV px, py;
+                t = GV_DIV(GV_SET((float)(j + 1)), unit), px = GV_MUL(t, f->dx), py = GV_MUL(t, f->dy);
+                qx = GV_SELECT(along_x, GTAOI_NAME(gtaoi_nearest)(px), GTAOI_NAME(gtaoi_floor)(px));
+                qy = GV_SELECT(along_x, GTAOI_NAME(gtaoi_floor)(py), GTAOI_NAME(gtaoi_nearest)(py));
+                fraction = GV_SELECT(along_x, GV_SUB(py, qy), GV_SUB(px, qx));
+            } else {
+                for (i = 0; i < GTAOI_W; i++)
+                    position[i] = c->step[64 * j + (int)level[i]];
+                t = GV_ADD(one, GV_MUL(GV_SUB(radius, one), GV_LOAD(position)));
+                qx = GTAOI_NAME(gtaoi_nearest)(GV_MUL(t, f->dx));
+                qy = GTAOI_NAME(gtaoi_nearest)(GV_MUL(t, f->dy));
+                t = GV_SQRT(GV_ADD(GV_MUL(qx, qx), GV_MUL(qy, qy)));
+            }
+            inv = GV_DIV(one, t);
+            gap = GV_MUL(GV_SUB(t, before), GV_SET(c->connect));
+            half = GV_MUL(GV_MUL(GV_SET(0.5f), GV_SUB(t, before)), inv);
+            before = t;
+            for (side = 0; side < 2; side++) {
+                GV x = side ? GV_SUB(p->x, qx) : GV_ADD(p->x, qx), y = side ? GV_SUB(p->y, qy) : GV_ADD(p->y, qy);
+                GV w = GTAOI_NAME(gtaoi_fetch)(c, plane, x, y), w_back = GTAOI_NAME(gtaoi_fetch)(c, backs, x, y);
+                GV ux = GV_MUL(qx, inv), uy = GV_MUL(qy, inv), base, rise, least, w_a = w, w_b = w, bx = x, by = y;
+                GM hangs;
+                if (taps) {
+                    GV step = side ? GV_SET(-1.0f) : one, across = GV_MUL(step, GV_SELECT(along_x, p->gy, p->gx));
+                    bx = GV_SELECT(along_x, x, GV_ADD(x, step)), by = GV_SELECT(along_x, GV_ADD(y, step), y);
+                    w_b = GTAOI_NAME(gtaoi_fetch)(c, plane, bx, by);
+                    w = GTAOI_NAME(gtaoi_between)(c, w_a, w_b, fraction, across, c->orthographic);
+                    w_back =
+                        GTAOI_NAME(gtaoi_between_backs)(c, w_a, w_b, w_back, GTAOI_NAME(gtaoi_fetch)(c, backs, bx, by),
+                                                        fraction, across, c->orthographic);
+                    ux = f->dx, uy = f->dy;
+                }
+                base = GV_ADD(GV_MUL(p->gx, ux), GV_MUL(p->gy, uy));
+                base = side ? GV_SUB(GV_MUL(p->w0, inv), base) : GV_ADD(GV_MUL(p->w0, inv), base);
+                rise = least = GV_SUB(GV_MUL(w, inv), base);
+                if (taps && j < GTAOI_NEAR)
+                    least = GV_MIN(rise, GV_MAX(GTAOI_NAME(gtaoi_own_rise)(p, x, y, w_a),
+                                                GTAOI_NAME(gtaoi_own_rise)(p, bx, by, w_b)));
+                hangs = GTAOI_NAME(gtaoi_visit_column)(c, p, f, a, side, &walk.column[side], &s->rise[side], w, w_back,
+                                                       gap, inv, base, rise, least, GV_LT(GV_SET((float)j), steps), &l,
+                                                       &u, c->orthographic, c->bounded, ring, clip);
+                if (GM_ANY(hangs))
+                    a->mask[side] = GTAOI_NAME(gtaoi_hang)(a, &walk.column[side], a->mask[side], hangs, l, u, half);
+            }
+        }
+    }
+    GTAOI_NAME(gtaoi_absorb)(s, a);
 }
 
 /* ---- integrate -------------------------------------------------------------------------------------------------- */
@@ -3424,13 +4095,27 @@ typedef struct GTAOI_MOMENTS {
  * D = h1 - h0 - s1 c1 + s0 c0 and E = D + 2 (s1^3 c1 - s0^3 c0):
  *   M_vv = (2 - c1^4 - c0^4) n.v / 4 + E n.o / 8,   M_ov = E n.v / 8 + (s1^4 + s0^4) n.o / 4,   M_oo = a - M_vv
  * and uniformly weighted M_vv = (2 - c1^3 - c0^3) / 3, M_ov = (s1^3 - s0^3) / 3. Open: s = cos n, c = -+ sin n. */
+GTAOI_FI void GTAOI_NAME(gtaoi_lose)(const GTAOI_FRAME *f, GM where, GV lost, GV vv, GV ov, GTAOI_MOMENTS *sum) {
+    GTAOI_NO_CONTRACT
+    GV jacobian = GV_MUL(f->inv_perp, f->inv_perp), qx = GV_MUL(f->bx, f->inv_perp), qy = GV_MUL(f->by, f->inv_perp);
+    GV oo = GV_IF(where, GV_MUL(jacobian, GV_SUB(lost, vv))); /* masked last: the factors may overflow */
+    ov = GV_IF(where, GV_MUL(jacobian, ov));
+    sum->lost = GV_ADD(sum->lost, GV_IF(where, GV_MUL(jacobian, lost)));
+    sum->vv = GV_ADD(sum->vv, GV_IF(where, GV_MUL(jacobian, vv)));
+    sum->xv = GV_ADD(sum->xv, GV_IF(where, GV_MUL(ov, qx)));
+    sum->yv = GV_ADD(sum->yv, GV_IF(where, GV_MUL(ov, qy)));
+    sum->xx = GV_ADD(sum->xx, GV_IF(where, GV_MUL(GV_MUL(oo, qx), qx)));
+    sum->xy = GV_ADD(sum->xy, GV_IF(where, GV_MUL(GV_MUL(oo, qx), qy)));
+    sum->yy = GV_ADD(sum->yy, GV_IF(where, GV_MUL(GV_MUL(oo, qy), qy)));
+}
+
 GTAOI_FN void GTAOI_NAME(gtaoi_integrate_sh)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                              const GTAOI_HORIZONS *s, GTAOI_MOMENTS *sum) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), two = GV_SET(2.0f), quarter = GV_SET(0.25f);
     GM occluded = GV_LT(one, zero);
     GV k1 = GTAOI_NAME(gtaoi_kappa)(c, f, s, 0, &occluded), k0 = GTAOI_NAME(gtaoi_kappa)(c, f, s, 1, &occluded);
-    GV ss1, ss0, cc1, cc0, lost, vv, ov, oo, jacobian = GV_MUL(f->inv_perp, f->inv_perp), qx, qy;
+    GV ss1, ss0, cc1, cc0, lost, vv, ov;
     if (!GM_ANY(occluded))
         return;
     ss1 = GV_DIV(one, GV_ADD(one, GV_MUL(k1, k1))), ss0 = GV_DIV(one, GV_ADD(one, GV_MUL(k0, k0)));
@@ -3454,19 +4139,34 @@ GTAOI_FN void GTAOI_NAME(gtaoi_integrate_sh)(const gtao_context *c, const GTAOI_
         vv = GV_ADD(GV_MUL(GV_MUL(quarter, c4), p->nv), GV_MUL(e, f->no));
         ov = GV_ADD(GV_MUL(e, p->nv), GV_MUL(GV_MUL(quarter, s4), f->no));
     }
-    /* Masked last: the factors may overflow. */
-    oo = GV_IF(occluded, GV_MUL(jacobian, GV_SUB(lost, vv)));
-    lost = GV_IF(occluded, GV_MUL(jacobian, lost));
-    vv = GV_IF(occluded, GV_MUL(jacobian, vv));
-    ov = GV_IF(occluded, GV_MUL(jacobian, ov));
-    qx = GV_MUL(f->bx, f->inv_perp), qy = GV_MUL(f->by, f->inv_perp);
-    sum->lost = GV_ADD(sum->lost, lost);
-    sum->vv = GV_ADD(sum->vv, vv);
-    sum->xv = GV_ADD(sum->xv, GV_IF(occluded, GV_MUL(ov, qx)));
-    sum->yv = GV_ADD(sum->yv, GV_IF(occluded, GV_MUL(ov, qy)));
-    sum->xx = GV_ADD(sum->xx, GV_IF(occluded, GV_MUL(GV_MUL(oo, qx), qx)));
-    sum->xy = GV_ADD(sum->xy, GV_IF(occluded, GV_MUL(GV_MUL(oo, qx), qy)));
-    sum->yy = GV_ADD(sum->yy, GV_IF(occluded, GV_MUL(GV_MUL(oo, qy), qy)));
+    GTAOI_NAME(gtaoi_lose)(f, occluded, lost, vv, ov, sum);
+}
+
+/* The same of what hangs free above a horizon, between cot h = k0 and k1 > k0 on the side of `sign`. */
+GTAOI_FN void GTAOI_NAME(gtaoi_integrate_sh_arc)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                                 GM here, GV sign, GV k0, GV k1, GTAOI_MOMENTS *sum) {
+    GTAOI_NO_CONTRACT
+    const GV one = GV_SET(1.0f), quarter = GV_SET(0.25f), third = GV_SET(1.0f / 3.0f), no = GV_MUL(sign, f->no);
+    GV ss1 = GV_DIV(one, GV_ADD(one, GV_MUL(k1, k1))), ss0 = GV_DIV(one, GV_ADD(one, GV_MUL(k0, k0)));
+    GV cc1 = GV_MUL(GV_MUL(k1, k1), ss1), cc0 = GV_MUL(GV_MUL(k0, k0), ss0), lost, vv, ov;
+    if (c->d.weighting == GTAO_WEIGHTING_UNIFORM) {
+        GV s1 = GV_SQRT(ss1), s0 = GV_SQRT(ss0), c1 = GV_MUL(k1, s1), c0 = GV_MUL(k0, s0);
+        lost = GV_SUB(c1, c0);
+        vv = GV_MUL(third, GV_SUB(GV_MUL(c1, cc1), GV_MUL(c0, cc0)));
+        ov = GV_MUL(third, GV_SUB(GV_MUL(s0, ss0), GV_MUL(s1, ss1)));
+    } else {
+        GV sc1 = GV_MUL(k1, ss1), sc0 = GV_MUL(k0, ss0), d, e;
+        d = GTAOI_NAME(gtaoi_atan2)(GV_SUB(k1, k0), GV_ADD(one, GV_MUL(k0, k1)));
+        d = GV_ADD(GV_SUB(d, sc0), sc1);
+        e = GV_SUB(GV_MUL(sc0, ss0), GV_MUL(sc1, ss1));
+        e = GV_MUL(GV_SET(0.125f), GV_ADD(d, GV_ADD(e, e)));
+        lost = GV_MUL(GV_SET(0.5f), GV_ADD(GV_MUL(GV_SUB(ss0, ss1), p->nv), GV_MUL(d, no)));
+        vv = GV_MUL(quarter, GV_SUB(GV_MUL(cc1, cc1), GV_MUL(cc0, cc0)));
+        vv = GV_ADD(GV_MUL(vv, p->nv), GV_MUL(e, no));
+        ov = GV_MUL(quarter, GV_SUB(GV_MUL(ss0, ss0), GV_MUL(ss1, ss1)));
+        ov = GV_ADD(GV_MUL(e, p->nv), GV_MUL(ov, no));
+    }
+    GTAOI_NAME(gtaoi_lose)(f, here, lost, vv, GV_MUL(sign, ov), sum);
 }
 
 /* The sums of a pixel to its coefficients. p->n is still the normal. */
@@ -3542,6 +4242,69 @@ GTAOI_FN void GTAOI_NAME(gtaoi_store_sh)(const gtao_context *c, const GTAOI_PIXE
         if (c->period == 4)
             GTAOI_NAME(gtaoi_store4)(image, 4, plane);
         memcpy(row + (ptrdiff_t)x * 4, image, (size_t)count * 4);
+    }
+}
+
+/* Takes what hangs free above the horizons off the sums: run by run of the masks, each an interval [k0, k1] of cot h on
+ * one side, with the formulas of gtaoi_integrate for two horizons on that side. */
+GTAOI_FN void GTAOI_NAME(gtaoi_integrate_arcs)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                               const GTAOI_ARCS *a, GTAOI_SUM *sum, GTAOI_MOMENTS *moments) {
+    GTAOI_NO_CONTRACT
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), half = GV_SET(0.5f), third = GV_SET(1.0f / 3.0f);
+    const GV limit = GV_SET(GTAOI_KAPPA_LIMIT), jacobian = GV_MUL(f->inv_perp, f->inv_perp);
+    int uniform = c->d.weighting == GTAO_WEIGHTING_UNIFORM;
+    GI mask = a->mask[0], other = a->mask[1];
+    GV sign = one;
+    for (;;) {
+        GM first_done = GI_IS_ZERO(mask), here;
+        GV tangent, no, k0, k1, ss0, ss1, between, arc;
+        GI low, rest, after;
+        mask = GI_SELECT(first_done, other, mask);
+        other = GI_SELECT(first_done, GI_SET(0u), other);
+        sign = GV_SELECT(first_done, GV_SET(-1.0f), sign);
+        here = GI_IS_ZERO(mask);
+        if (GM_BITS(here) == GTAOI_ALL)
+            break;
+        here = GM_ANDNOT(GV_LE(zero, zero), here);
+        low = GI_AND(mask, GI_ADD(GI_ANDNOT(GI_SET(0xffffffffu), mask), GI_SET(1u)));
+        rest = GI_ADD(mask, low);
+        after = GI_ANDNOT(rest, mask);
+        k0 = GTAOI_NAME(gtaoi_border)(a, GI_INDEX(low));
+        k1 = GTAOI_NAME(gtaoi_border)(a, GV_SELECT(GI_IS_ZERO(after), GV_SET((float)GTAOI_SECTORS), GI_INDEX(after)));
+        mask = GI_AND(mask, rest);
+        tangent = GV_MUL(sign, f->kappa_tangent), no = GV_MUL(sign, f->no);
+        k0 = GV_MAX(GV_MIN(GV_ADD(GV_MUL(k0, f->kappa_scale), tangent), limit), GV_SUB(zero, limit));
+        k1 = GV_MAX(GV_MIN(GV_ADD(GV_MUL(k1, f->kappa_scale), tangent), limit), GV_SUB(zero, limit));
+        ss0 = GV_DIV(one, GV_ADD(one, GV_MUL(k0, k0))), ss1 = GV_DIV(one, GV_ADD(one, GV_MUL(k1, k1)));
+        between = zero;
+        if (!uniform || c->bent) {
+            between = GTAOI_NAME(gtaoi_atan2)(GV_SUB(k1, k0), GV_ADD(one, GV_MUL(k0, k1)));
+            between = GV_ADD(GV_SUB(between, GV_MUL(k0, ss0)), GV_MUL(k1, ss1));
+        }
+        arc = GV_MUL(half, GV_ADD(GV_MUL(GV_SUB(ss0, ss1), p->nv), GV_MUL(between, no)));
+        if (uniform || c->bent) {
+            GV s0 = GV_SQRT(ss0), s1 = GV_SQRT(ss1), c0 = GV_MUL(k0, s0), c1 = GV_MUL(k1, s1), to, tv, along;
+            if (uniform) {
+                arc = GV_SUB(c1, c0);
+                to = GV_MUL(half, between), tv = GV_MUL(half, GV_SUB(ss0, ss1));
+            } else {
+                GV ds = GV_MUL(third, GV_SUB(GV_MUL(ss0, s0), GV_MUL(ss1, s1)));
+                GV cc = GV_MUL(third, GV_SUB(GV_MUL(GV_MUL(c1, c1), c1), GV_MUL(GV_MUL(c0, c0), c0)));
+                to = GV_ADD(GV_MUL(ds, p->nv), GV_MUL(GV_SUB(GV_SUB(c1, c0), cc), no));
+                tv = GV_ADD(GV_MUL(cc, p->nv), GV_MUL(ds, no));
+            }
+            to = GV_IF(here, GV_MUL(GV_MUL(to, sign), GV_MUL(jacobian, f->inv_perp)));
+            tv = GV_IF(here, GV_MUL(tv, jacobian));
+            along = GV_MUL(f->along, p->inv_len);
+            sum->bx = GV_ADD(sum->bx, GV_MUL(to, GV_SUB(f->bx, GV_MUL(along, p->rx))));
+            sum->by = GV_ADD(sum->by, GV_MUL(to, GV_SUB(f->by, GV_MUL(along, p->ry))));
+            sum->bz = GV_SUB(sum->bz, GV_MUL(to, along));
+            sum->bv = GV_ADD(sum->bv, tv);
+        }
+        if (moments)
+            GTAOI_NAME(gtaoi_integrate_sh_arc)(c, p, f, here, sign, k0, k1, moments);
+        sum->visible = GV_SUB(sum->visible, GV_IF(here, GV_MUL(jacobian, arc)));
+        sum->occluded = GM_OR(sum->occluded, here);
     }
 }
 
@@ -3910,13 +4673,21 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
             for (k = 0; any && k < c->slices; k++) {
                 GTAOI_FRAME frame[4];
                 GTAOI_HORIZONS found[4];
+                GTAOI_ARCS arcs[4];
                 int first = (y & (period - 1)) * period * c->slices + k, stride = period == 4 ? c->slices : 0;
                 for (g = 0; g < groups; g++)
                     if (GM_ANY(active[g]))
                         GTAOI_NAME(gtaoi_slice)(c, &pixel[g], c->slice + first + g * stride, k, &frame[g], &found[g]);
                 for (g = 0; g < groups; g++)
                     if (GM_ANY(active[g])) {
-                        if (c->per_pixel_noise)
+                        if (c->arcs) {
+                            GTAOI_NAME(gtaoi_begin_slice_arcs)(c, &pixel[g], &frame[g], k, &arcs[g]);
+                            if (c->per_pixel_noise)
+                                GTAOI_NAME(gtaoi_arcs_noise)
+                            (c, &pixel[g], &frame[g], &found[g], &arcs[g], active[g], stats);
+                            else GTAOI_NAME(gtaoi_arcs_table)(c, &pixel[g], &frame[g], &found[g], &arcs[g], at[g],
+                                                              first + g * stride, active[g], x0 + g * step, y, stats);
+                        } else if (c->per_pixel_noise)
                             GTAOI_NAME(gtaoi_search_noise)(c, &pixel[g], &frame[g], &found[g], active[g], stats);
                         else
                             GTAOI_NAME(gtaoi_search_table)
@@ -3929,6 +4700,10 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 for (g = 0; c->o.sh && g < groups; g++)
                     if (GM_ANY(active[g]))
                         GTAOI_NAME(gtaoi_integrate_sh)(c, &pixel[g], &frame[g], &found[g], &moments[g]);
+                for (g = 0; c->arcs && g < groups; g++)
+                    if (GM_ANY(active[g]))
+                        GTAOI_NAME(gtaoi_integrate_arcs)
+                        (c, &pixel[g], &frame[g], &arcs[g], &sum[g], c->o.sh ? &moments[g] : 0);
             }
             if (c->o.sh)
                 GTAOI_NAME(gtaoi_store_sh)(c, pixel, sum, moments, active, groups, x0, y, count);
@@ -4609,9 +5384,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
 #undef GTAOI_ALL
 #undef GV
 #undef GM
+#undef GI
 #undef GTAOI_PIXEL
 #undef GTAOI_FRAME
 #undef GTAOI_HORIZONS
+#undef GTAOI_ARCS
+#undef GTAOI_COLUMN
+#undef GTAOI_WALK
 #undef GTAOI_SAMPLE
 #undef GTAOI_SUM
 #undef GTAOI_MOMENTS
@@ -4639,6 +5418,16 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
 #undef GM_BITS
 #undef GM_ANY
 #undef GV_CLASS
+#undef GI_SET
+#undef GI_OR
+#undef GI_AND
+#undef GI_ANDNOT
+#undef GI_ADD
+#undef GI_IF
+#undef GI_SELECT
+#undef GI_IS_ZERO
+#undef GI_FROM
+#undef GI_INDEX
 #undef GTAOI_W
 #undef GTAOI_NAME
 #undef GTAOI_ATTRIBUTE

@@ -393,12 +393,79 @@ static void kernels_are_the_estimator(void **state) {
            worst[1]);
 }
 
+/* A cluttered room, as a height field and with columns of some thickness, against brute force with sorted intervals. */
+static void scenes_against_brute_force(void **state) {
+    (void)state;
+    static const double eye[3] = {-1.0, -2.5, -1.0}, target[3] = {0.0, 0.8, 3.5}, up[3] = {0.0, -1.0, 0.0};
+    ref_shape shapes[32];
+    const int count = ref_cluttered_scene(shapes, 32);
+    for (int variant = 0; variant < 4; variant++) {
+        ref_image img;
+        gtao_desc desc = {0};
+        gtao_output output = {0};
+        if (variant < 3) {
+            img = ref_image_perspective(160, 90, 60.0);
+            ref_render(&img, NULL, shapes, count);
+            desc.camera.fx = (float)img.fx, desc.camera.fy = (float)img.fy;
+        } else {
+            ref_pose pose = ref_pose_look(eye, target, up);
+            img = ref_image_orthographic(160, 90, 4.5 / 160);
+            for (int i = 0; i < 3; i++)
+                pose.eye[i] -= 2.2 * pose.right[i] + 1.5 * pose.down[i] + 2.0 * pose.forward[i];
+            ref_render(&img, &pose, shapes, count);
+            desc.camera.projection = GTAO_ORTHOGRAPHIC;
+            desc.camera.sx = (float)img.sx, desc.camera.sy = (float)img.sy;
+        }
+        const ref_settings settings = {1.0, 0.0, 32, NULL, 1.0, REF_BORDER_OPEN, 0};
+        const double thickness = variant == 0 ? (double)INFINITY : variant == 1 ? 0.1 : 0.3;
+        ref_slabs slabs = {0};
+        slabs.thickness = thickness, slabs.surface_px = 4.0, slabs.whole = 1;
+        const size_t plane = (size_t)img.width * (size_t)img.height;
+        float *sh = malloc(9 * plane * sizeof *sh);
+        desc.width = img.width, desc.height = img.height;
+        desc.depth = img.z, desc.normals = img.normals;
+        desc.radius = 1.0f;
+        desc.thickness = (float)thickness;
+        desc.preset = GTAO_PRESET_REFERENCE;
+        desc.noise = GTAO_NOISE_NONE;
+        output.sh = sh;
+        const size_t size = gtao_scratch_size(&desc);
+        void *scratch = malloc(size);
+        CHECK(sh && scratch, "out of memory");
+        const gtao_result status = gtao_compute(&desc, &output, scratch, size, NULL);
+        CHECK(status == GTAO_OK, "%s", gtao_result_string(status));
+        double squares[9] = {0.0}, worst = 0.0;
+        int pixels = 0;
+        for (int y = 4; y < img.height; y += 9)
+            for (int x = 4; x < img.width; x += 9) {
+                double expected[9];
+                const size_t at = (size_t)(y * img.width + x);
+                if (!isfinite(img.z[at]))
+                    continue;
+                ref_arcs_sh(&img, &settings, &slabs, x, y, expected);
+                for (size_t i = 0; i < 9; i++) {
+                    const double off = (double)sh[i * plane + at] - expected[i];
+                    squares[i] += off * off;
+                }
+                pixels++;
+            }
+        for (int i = 0; i < 9; i++)
+            worst = fmax(worst, sqrt(squares[i] / pixels));
+        printf("# note: room, %s, thickness %g: %d pixels, coefficients within RMSE %.4f\n",
+               variant < 3 ? "perspective" : "orthographic", thickness, pixels, worst);
+        CHECK(pixels > 100 && worst < (variant == 0 ? 0.005 : 0.02), "variant %d: %d pixels, RMSE %g", variant, pixels, worst);
+        free(scratch);
+        free(sh);
+        ref_image_free(&img);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(basis_is_the_definition),         cmocka_unit_test(basis_is_orthonormal),
         cmocka_unit_test(rotations_turn_the_function),     cmocka_unit_test(arcs_are_the_integrals),
         cmocka_unit_test(slices_add_up_to_the_projection), cmocka_unit_test(cones_are_the_integrals),
-        cmocka_unit_test(kernels_are_the_estimator),
+        cmocka_unit_test(kernels_are_the_estimator),       cmocka_unit_test(scenes_against_brute_force),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
