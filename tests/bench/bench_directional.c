@@ -4,8 +4,8 @@
  *
  * Truth: the mean over cosine-distributed rays of V(w) L(w), rays as long as the scene's radius, L the probe itself, not
  * its coefficients. All methods get the probe's nine coefficients, and visibility, bent normal and coefficients of
- * visibility either from the depth buffer (gtao.h, 32 slices, every pixel) or from the same rays, which leaves the error
- * of the method alone:
+ * visibility from the depth buffer (gtao.h, 32 slices, every pixel), as a height field or with a thickness of a fifth of
+ * the radius, or from the same rays, which leaves the error of the method alone:
  *   ao x irradiance   A E(n)
  *   bent normal       A E(b), [Lan02]
  *   triple product    probe, visibility cone and clamped cosine, three bands each, multiplied [Sny06]
@@ -25,10 +25,10 @@
 #include "gtao.h"
 #include "trace.h"
 
-enum { PROBES = 3, METHODS = 6, SOURCES = 2, MOST_SCENES = 16 };
+enum { PROBES = 3, METHODS = 6, SOURCES = 3, MOST_SCENES = 16 };
 
 static const char *const probe_names[PROBES] = {"sun and sky", "window", "lamps"};
-static const char *const source_names[SOURCES] = {"depth", "rays"};
+static const char *const source_names[SOURCES] = {"depth", "thick", "rays"};
 static const char *const method_names[METHODS] = {"ao x irradiance",      "bent normal", "triple product",
                                                   "triple with horizons", "cone",        "horizons"};
 
@@ -190,7 +190,9 @@ typedef struct work {
     float *z, *normals;
     float
         *traced; /* per pixel: light of the probes, 3 each; SH of visibility times cosine, and of visibility, by rays */
-    float *visibility, *bent, *sh, *uniform; /* by gtao.h; the last two as planes */
+    struct {
+        float *visibility, *bent, *sh, *uniform; /* the last two as planes */
+    } own[SOURCES - 1];                          /* by gtao.h, without and with thickness */
 } work;
 
 enum { TRACED = 3 * PROBES + 18 };
@@ -231,10 +233,12 @@ static void work_free(work *w) {
     free(w->z);
     free(w->normals);
     free(w->traced);
-    free(w->visibility);
-    free(w->bent);
-    free(w->sh);
-    free(w->uniform);
+    for (int k = 0; k < SOURCES - 1; ++k) {
+        free(w->own[k].visibility);
+        free(w->own[k].bent);
+        free(w->own[k].sh);
+        free(w->own[k].uniform);
+    }
     bench_scene_free(&w->scene);
     memset(w, 0, sizeof *w);
 }
@@ -271,12 +275,8 @@ static bool work_open(work *w, int index, int width, int height, int strata, poo
     w->z = calloc(n, sizeof(float));
     w->normals = calloc(3 * n, sizeof(float));
     w->traced = calloc(TRACED * n, sizeof(float));
-    w->visibility = calloc(n, sizeof(float));
-    w->bent = calloc(3 * n, sizeof(float));
-    w->sh = calloc(9 * n, sizeof(float));
-    w->uniform = calloc(9 * n, sizeof(float));
     w->rays = trace_open(&w->scene);
-    if (!w->z || !w->normals || !w->traced || !w->visibility || !w->bent || !w->sh || !w->uniform || !w->rays)
+    if (!w->z || !w->normals || !w->traced || !w->rays)
         return false;
     w->v.width = width, w->v.height = height;
     w->v.focal_px = (float)c->focal_px, w->v.cx = (float)c->cx, w->v.cy = (float)c->cy;
@@ -287,27 +287,35 @@ static bool work_open(work *w, int index, int width, int height, int strata, poo
     pool_run(threads, height, 0, primary_rows, NULL, w);
     pool_run(threads, height, 0, traced_rows, NULL, w);
 
-    gtao_desc desc = desc_of(&w->v);
-    gtao_output output = {0}, uniform = {0};
-    output.visibility = w->visibility;
-    output.bent_normals = w->bent;
-    output.sh = w->sh;
-    uniform.sh = w->uniform;
-    bool ok = run_gtao(&desc, &output);
-    desc.weighting = GTAO_WEIGHTING_UNIFORM;
-    return ok && run_gtao(&desc, &uniform);
+    for (int k = 0; k < SOURCES - 1; ++k) {
+        gtao_desc desc = desc_of(&w->v);
+        gtao_output output = {0}, uniform = {0};
+        output.visibility = w->own[k].visibility = calloc(n, sizeof(float));
+        output.bent_normals = w->own[k].bent = calloc(3 * n, sizeof(float));
+        output.sh = w->own[k].sh = calloc(9 * n, sizeof(float));
+        uniform.sh = w->own[k].uniform = calloc(9 * n, sizeof(float));
+        if (!output.visibility || !output.bent_normals || !output.sh || !uniform.sh)
+            return false;
+        if (k == 1)
+            desc.thickness = 0.2f * w->v.radius;
+        bool ok = run_gtao(&desc, &output);
+        desc.weighting = GTAO_WEIGHTING_UNIFORM;
+        if (!ok || !run_gtao(&desc, &uniform))
+            return false;
+    }
+    return true;
 }
 
 static pixel pixel_at(const work *w, size_t i, int source) {
     size_t n = view_pixels(&w->v);
     pixel p;
     memcpy(p.normal, w->normals + 3 * i, sizeof p.normal);
-    if (source == 0) {
-        p.visibility = w->visibility[i];
-        memcpy(p.bent, w->bent + 3 * i, sizeof p.bent);
+    if (source < SOURCES - 1) {
+        p.visibility = w->own[source].visibility[i];
+        memcpy(p.bent, w->own[source].bent + 3 * i, sizeof p.bent);
         for (int k = 0; k < 9; ++k) {
-            p.sh[k] = w->sh[(size_t)k * n + i];
-            p.cone[k] = w->uniform[(size_t)k * n + i] * (float)(2 * BENCH_PI);
+            p.sh[k] = w->own[source].sh[(size_t)k * n + i];
+            p.cone[k] = w->own[source].uniform[(size_t)k * n + i] * (float)(2 * BENCH_PI);
         }
         return p;
     }
@@ -370,7 +378,7 @@ static bool draw(const work *w, int probe, const char *path) {
                 float rgb[3] = {truth[0], truth[1], truth[2]}, off = 0;
                 bool surface = w->z[i] < VIEW_SKY;
                 if (column) {
-                    pixel p = pixel_at(w, i, 0);
+                    pixel p = pixel_at(w, i, 1);
                     float sh[9];
                     coefficients(shown[column - 1], &p, sh);
                     gtao_irradiance(sh, w->lights[probe].sh, rgb);
@@ -414,9 +422,9 @@ static bool cost(const work *w, double ns[3]) {
     for (int run = 0; run < 9; ++run)
         for (int k = 0; k < 3; ++k) {
             gtao_output output = {0};
-            output.visibility = w->visibility;
-            output.bent_normals = k ? w->bent : NULL;
-            output.sh = k > 1 ? w->sh : NULL;
+            output.visibility = w->own[0].visibility;
+            output.bent_normals = k ? w->own[0].bent : NULL;
+            output.sh = k > 1 ? w->own[0].sh : NULL;
             double start = seconds(), took;
             if (!run_gtao(&desc, &output))
                 return false;

@@ -256,7 +256,7 @@ awk -F, "$less"' $1 != "pooled" && $9 == "plain" {
     }' $truth $error > $out/embree.md
 
 # Irradiance: root mean squares over the probes, scene by scene; and probe by probe, over the scenes.
-for source in rays depth; do
+for source in rays thick depth; do
     awk -F, -v source=$source 'NR > 1 && $2 == source {
             if (!(($1) in seen)) { seen[$1] = 1; s[++n] = $1 }
             if (n == 1 && !($3 in known)) { known[$3] = 1; m[++k] = $3 }
