@@ -4708,7 +4708,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 for (g = 0; c->arcs && g < groups; g++)
                     if (GM_ANY(active[g]))
                         GTAOI_NAME(gtaoi_integrate_arcs)
-                        (c, &pixel[g], &frame[g], &arcs[g], &sum[g], c->o.sh ? &moments[g] : 0);
+                (c, &pixel[g], &frame[g], &arcs[g], &sum[g], c->o.sh ? &moments[g] : 0);
             }
             if (c->o.sh)
                 GTAOI_NAME(gtaoi_store_sh)(c, pixel, sum, moments, active, groups, x0, y, count);

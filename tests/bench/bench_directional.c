@@ -2,10 +2,10 @@
  *
  *     build/bench_directional [--size WIDTHxHEIGHT] [--rays N] [--threads N] [SCENE...]
  *
- * Truth: the mean over cosine-distributed rays of V(w) L(w), rays as long as the scene's radius, L the probe itself, not
- * its coefficients. All methods get the probe's nine coefficients, and visibility, bent normal and coefficients of
- * visibility from the depth buffer (gtao.h, 32 slices, every pixel), as a height field or with a thickness of a fifth of
- * the radius, or from the same rays, which leaves the error of the method alone:
+ * Truth: the mean over cosine-distributed rays of V(w) L(w), rays as long as the scene's radius, L the probe itself,
+ * not its coefficients. All methods get the probe's nine coefficients, and visibility, bent normal and coefficients of
+ * visibility from the depth buffer (gtao.h, 32 slices, every pixel), as a height field or with a thickness of a fifth
+ * of the radius, or from the same rays, which leaves the error of the method alone:
  *   ao x irradiance   A E(n)
  *   bent normal       A E(b), [Lan02]
  *   triple product    probe, visibility cone and clamped cosine, three bands each, multiplied [Sny06]
@@ -32,7 +32,7 @@ static const char *const source_names[SOURCES] = {"depth", "thick", "rays"};
 static const char *const method_names[METHODS] = {"ao x irradiance",      "bent normal", "triple product",
                                                   "triple with horizons", "cone",        "horizons"};
 
-/* ---- probes: radiance in world space, y up ------------------------------------------------------------------------ */
+/* ---- probes: radiance in world space, y up ----------------------------------------------------------------------- */
 
 static double lobe(vec3 d, double elevation_degrees, double azimuth_degrees, double sharpness) {
     double e = elevation_degrees * BENCH_PI / 180, a = azimuth_degrees * BENCH_PI / 180;
@@ -108,7 +108,7 @@ static void light_setup(light *l, int probe, const bench_scene_camera *camera) {
         l->sh[k] = (float)(sh[k] * l->scale * 4 * BENCH_PI / (RINGS * SECTORS));
 }
 
-/* ---- methods ------------------------------------------------------------------------------------------------------ */
+/* ---- methods ----------------------------------------------------------------------------------------------------- */
 
 /* Integrals of three harmonics' product. */
 static double triple[9][9][9];
@@ -179,7 +179,7 @@ static void coefficients(int method, const pixel *p, float sh[9]) {
     }
 }
 
-/* ---- one scene ---------------------------------------------------------------------------------------------------- */
+/* ---- one scene --------------------------------------------------------------------------------------------------- */
 
 typedef struct work {
     bench_scene scene;
@@ -351,7 +351,7 @@ static error compare(const work *w, int source, int method, int probe) {
     return e;
 }
 
-/* ---- picture ------------------------------------------------------------------------------------------------------ */
+/* ---- picture ----------------------------------------------------------------------------------------------------- */
 
 static const int shown[] = {0, 1, 2, 4, 5};
 enum { SHOWN = 5, TEXT = 26, GAP = 4 };
@@ -407,7 +407,7 @@ static bool draw(const work *w, int probe, const char *path) {
     return ok;
 }
 
-/* ---- cost --------------------------------------------------------------------------------------------------------- */
+/* ---- cost -------------------------------------------------------------------------------------------------------- */
 
 static double seconds(void) {
     struct timespec t;
