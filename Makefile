@@ -123,6 +123,7 @@ demo: build/demo-sheet
 bench: $(bench_programs) | build/setup/figures
 	build/bench-run $(if $(QUICK),--quick)
 	build/bench_multibounce $(if $(QUICK),--size 120x68 --paths 50,--size 240x135 --paths 200) > build/bench/multibounce.txt
+	build/bench_directional $(if $(QUICK),--size 120x68 --rays 144) > build/bench/directional.txt
 	tests/bench/publish.sh $(if $(QUICK),,docs)
 
 test: $(suite_programs) $(programs) | build/setup/test

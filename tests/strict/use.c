@@ -10,7 +10,8 @@ int strict_second_unit(void);
 int main(void) {
     enum { WIDTH = 8, HEIGHT = 6 };
     float depth[WIDTH * HEIGHT], visibility[WIDTH * HEIGHT], bent[3], t[2], rgb[3], s, c, scale, bias;
-    const float albedo[3] = {0.5f, 0.25f, 0.75f};
+    float sh[9], rotated[9];
+    const float albedo[3] = {0.5f, 0.25f, 0.75f}, probe[27] = {1.0f}, identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     const float projection[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, -1, 0, 0, -1, 0};
     gtao_desc desc;
     gtao_output output;
@@ -49,6 +50,14 @@ int main(void) {
     ok &= gtao_atan2(s, c) > 0.999f && gtao_acos(c) > 0.999f;
     gtao_arc_bent(-1.0f, 1.0f, 0.0f, t);
     ok &= gtao_arc(1.0f, 0.0f) > 0.0f && gtao_arc_uniform(1.0f) > 0.0f && t[1] > 0.0f;
+    bent[0] = bent[1] = 0.0f, bent[2] = -1.0f;
+    gtao_sh_basis(bent, sh);
+    gtao_sh_rotate(identity, sh, rotated);
+    gtao_arc_sh(-1.0f, 1.0f, 0.0f, identity, bent, sh);
+    gtao_sh_from_cone(gtao_cone_cosine(0.5f, 1.0f), bent, bent, sh);
+    gtao_irradiance(sh, probe, rgb);
+    gtao_irradiance_rows(&desc, &output, probe, rgb, 0, 0, 0);
+    ok &= sh[0] > 0.0f && rotated[0] > 0.0f;
     gtao_multi_bounce_rgb(gtao_multi_bounce(0.5f, gtao_multi_bounce_series(0.5f, 0.5f)), albedo, rgb);
     gtao_noise_at(GTAO_NOISE_MEMO, 1, 2, 3, &s, &c);
     bent[0] = bent[1] = 0.0f;

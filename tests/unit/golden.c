@@ -32,16 +32,16 @@ static uint64_t hash_plane(uint64_t h, const plane *p) {
 
 static const uint64_t hash_start = 14695981039346656037u;
 
-static uint64_t hash_setting(const setting *s, gtao_isa isa, gtao_format format) {
+static uint64_t hash_setting(const setting *s, gtao_isa isa, gtao_format format, int want) {
     layout tight = {0, 0, 0};
     input in = input_make(s, 67, 45, tight);
     result r;
     uint64_t h = hash_start;
     in.desc.isa = isa;
-    r = result_make(&in.desc, format == GTAO_FORMAT_FLOAT ? WANT_ALL : WANT_VISIBILITY, format, 3, tight, 0);
+    r = result_make(&in.desc, want, format, 3, tight, 0);
     if (gtao_compute(&in.desc, &r.output, r.scratch, r.scratch_size, NULL) != GTAO_OK)
         h = 0;
-    h = hash_plane(hash_plane(hash_plane(h, &r.visibility), &r.bent), &r.packed);
+    h = hash_plane(hash_plane(hash_plane(hash_plane(h, &r.visibility), &r.bent), &r.packed), &r.sh);
     result_free(&r);
     input_free(&in);
     return h;
@@ -95,6 +95,31 @@ static uint64_t hash_formulas(void) {
     return h;
 }
 
+/* Those of spherical harmonics. */
+static uint64_t hash_sh_formulas(void) {
+    uint64_t h = hash_start;
+    uint32_t state = 2;
+    for (int i = 0; i < 1024; i++) {
+        float a[12], n[3] = {0, 0.6f, -0.8f}, b[3] = {0.48f, 0.6f, -0.64f}, sh[9], turned[9], probe[27], rgb[3];
+        for (int k = 0; k < 12; k++)
+            a[k] = (float)((int32_t)next_random(&state) - 8388608) / 8388608.0f;
+        gtao_sh_basis(a, sh);
+        gtao_sh_rotate(a + 3, sh, turned);
+        for (int k = 0; k < 9; k++) {
+            h = hash_float(h, turned[k]);
+            probe[3 * k] = turned[k], probe[3 * k + 1] = sh[k], probe[3 * k + 2] = -sh[k];
+        }
+        gtao_arc_sh(a[0] < 0 ? a[0] : -a[0], a[1] < 0 ? -a[1] : a[1], 0.5f * (a[2] + a[3]), n, b, sh);
+        gtao_irradiance(sh, probe, rgb);
+        h = hash_float(hash_float(hash_float(h, rgb[0]), rgb[1]), rgb[2]);
+        gtao_sh_from_cone(a[4] * a[4], b, n, sh);
+        for (int k = 0; k < 9; k++)
+            h = hash_float(h, sh[k]);
+        h = hash_float(h, gtao_cone_cosine(a[5], a[6]));
+    }
+    return h;
+}
+
 typedef struct entry {
     const char *name;
     uint64_t hash;
@@ -105,18 +130,32 @@ static int hash_all(gtao_isa isa, entry *entries) {
     int count = 0;
     for (int i = 0; i < SETTING_COUNT; i++, count++) {
         entries[count].name = settings[i].name;
-        entries[count].hash = hash_setting(&settings[i], isa, GTAO_FORMAT_FLOAT);
+        entries[count].hash = hash_setting(&settings[i], isa, GTAO_FORMAT_FLOAT, WANT_ALL);
     }
     entries[count].name = "unorm8";
-    entries[count++].hash = hash_setting(&settings[0], isa, GTAO_FORMAT_UNORM8);
+    entries[count++].hash = hash_setting(&settings[0], isa, GTAO_FORMAT_UNORM8, WANT_VISIBILITY);
     entries[count].name = "unorm16";
-    entries[count++].hash = hash_setting(&settings[0], isa, GTAO_FORMAT_UNORM16);
+    entries[count++].hash = hash_setting(&settings[0], isa, GTAO_FORMAT_UNORM16, WANT_VISIBILITY);
     for (int i = 0; i < FRAME_SETTING_COUNT; i++, count++) {
         entries[count].name = frame_settings[i].name;
         entries[count].hash = hash_frames(&frame_settings[i], isa);
     }
     entries[count].name = "formulas";
     entries[count++].hash = hash_formulas();
+    entries[count].name = "sh";
+    entries[count].hash = hash_sh_formulas();
+    for (int i = 0; i < SETTING_COUNT; i++)
+        entries[count].hash = entries[count].hash * 31u + hash_setting(&settings[i], isa, GTAO_FORMAT_FLOAT, WANT_SH);
+    count++;
+    entries[count].name = "sh-thickness";
+    entries[count].hash = hash_start;
+    for (int i = 0; i < SETTING_COUNT; i++) {
+        setting thick = settings[i];
+        thick.desc.thickness = 0.15f;
+        if (thick.desc.estimator == GTAO_ESTIMATOR_NORMALIZED && thick.desc.thin_blend == 0.0f)
+            entries[count].hash = entries[count].hash * 31u + hash_setting(&thick, isa, GTAO_FORMAT_FLOAT, WANT_SH);
+    }
+    count++;
     return count;
 }
 
@@ -146,7 +185,7 @@ static int compare(FILE *file, gtao_isa isa, const entry *entries, int count) {
 }
 
 int main(int argc, char **argv) {
-    static entry entries[SETTING_COUNT + FRAME_SETTING_COUNT + 3];
+    static entry entries[SETTING_COUNT + FRAME_SETTING_COUNT + 5];
     int bad = 0;
     if (argc < 2) {
         int count = hash_all(GTAO_ISA_SCALAR, entries);
