@@ -1760,10 +1760,10 @@ typedef uint32x4_t GM;
 #define GM_AND(a, b) vandq_u32(a, b)
 #define GM_OR(a, b) vorrq_u32(a, b)
 #define GM_ANDNOT(a, b) vbicq_u32(a, b)
-#define GM_BITS(m) gtaoi_neon_bits(m)
+#define GM_BITS(m) GTAOI_NAME(gtaoi_neon_bits)(m)
 #define GM_ANY(m) (vmaxvq_u32(m) != 0)
 #define GV_CLASS(a) vreinterpretq_f32_u32(vandq_u32(vreinterpretq_u32_f32(a), vdupq_n_u32(GTAOI_CLASS_MASK)))
-GTAOI_INLINE unsigned gtaoi_neon_bits(uint32x4_t m) {
+GTAOI_INLINE unsigned GTAOI_NAME(gtaoi_neon_bits)(uint32x4_t m) {
     static const uint32_t weight[4] = {1, 2, 4, 8};
     return vaddvq_u32(vandq_u32(m, vld1q_u32(weight)));
 }
@@ -1912,6 +1912,10 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_floor)(GV a) {
     GV r = GTAOI_NAME(gtaoi_nearest)(a);
     return GV_SUB(r, GV_IF(GV_LT(a, r), GV_SET(1.0f)));
 }
+
+#ifdef GTAOI_KERNELS /* the operations above serve another header's kernels: gtso.h */
+#include GTAOI_KERNELS
+#else
 
 /* ---- prepare: depth to height ----------------------------------------------------------------------------------- */
 
@@ -2934,6 +2938,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
         }
     }
 }
+
+#endif /* GTAOI_KERNELS */
 
 #undef GTAOI_FN
 #undef GTAOI_FI
