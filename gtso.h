@@ -163,13 +163,14 @@ typedef enum gtso_lobe {                         /* integrand besides visibility
                          GTSO_LOBE_GGX = 0,      /* D(h) n.l, D of GGX [Wal07] */
                          GTSO_LOBE_BECKMANN = 1, /* D(h) n.l, Beckmann [Wal07] */
                          GTSO_LOBE_BLINN = 2,    /* D(h) n.l, Blinn-Phong, exponent p = 2 / alpha^2 - 2 */
-                         GTSO_LOBE_PHONG = 3     /* (R.l)^p n.l */
+                         GTSO_LOBE_PHONG = 3,    /* (R.l)^p n.l */
+                         GTSO_LOBE_BRDF = 4      /* f n.l, as gtso_brdf_visibility */
 } gtso_lobe;
 
-typedef enum gtso_frame { /* where n and v are, given only the angle between b and R */
+typedef enum gtso_frame {                            /* where n and v are, given only the angle between b and R */
+                          GTSO_FRAME_REFLECTION = 0, /* n = v = R: a lobe of revolution about R */
                           GTSO_FRAME_BENT =
-                              0, /* n = b, so the view angle is beta: an open hemisphere gives exactly 1 */
-                          GTSO_FRAME_REFLECTION = 1 /* n = v = R: a lobe of revolution about R */
+                              1 /* n = b, so the view angle is beta, to pi/2: an open hemisphere gives exactly 1 */
 } gtso_frame;
 
 /* [J16] cone against lobe: the integral of the lobe over the cone by that over the hemisphere of n. By quadrature,
@@ -376,7 +377,7 @@ GTSO_API void gtso_bc4_decode_block(const uint8_t block[8], float texels[16]);
 
 #define GTSOI_ALPHA_MIN 1e-4     /* narrower lobes are taken for this: roughness 0.01 */
 #define GTSOI_FACING_MIN 1e-3    /* least n.v in an integral, so that the horizon stays finite */
-#define GTSOI_EDGE_WIDTH 1.5     /* GTSO_SCALE_EDGE: chord in units of alpha at which half the texels are used up */
+#define GTSOI_EDGE_WIDTH 2.0     /* GTSO_SCALE_EDGE: chord in units of alpha at which half the texels are used up */
 #define GTSOI_MAX_COUNT 16777216 /* floats of a table: their indices are whole numbers in float */
 #define GTSOI_GAUSS 12           /* nodes of a panel */
 
@@ -644,21 +645,20 @@ GTSO_API float gtso_cone_visibility(gtso_caps caps, float aperture_rad, float lo
  * so that the visible part of each half-plane has closed-form ends. The z axis is n, so that the distribution depends
  * on theta alone; for Phong's lobe it is R, and v is R as well: then l itself is at 2 theta. */
 
-enum { GTSOI_BRDF = 4 }; /* beside gtso_lobe */
-
 typedef struct gtsoi_integrand {
-    int lobe;
+    gtso_lobe lobe;
     double alpha, aa;
     double power; /* Phong, Blinn-Phong */
     double width; /* of the lobe in t */
     double t_max; /* the lobe is 0 beyond */
+    double split; /* of the radial integral, in y */
     double v[3];  /* v[1] = 0 */
     double n[3];  /* n[1] = 0 */
     double nv;
 } gtsoi_integrand;
 
-/* The frame's axes: lobe 0..3 or GTSOI_BRDF. n.v is held above GTSOI_FACING_MIN. */
-static void gtsoi_setup(gtsoi_integrand *g, int lobe, double alpha, double nv) {
+/* n.v is held above GTSOI_FACING_MIN. */
+static void gtsoi_setup(gtsoi_integrand *g, gtso_lobe lobe, double alpha, double nv) {
     GTAOI_NO_CONTRACT
     double sine;
     nv = gtsoi_clamp(nv, GTSOI_FACING_MIN, 1.0);
@@ -669,6 +669,7 @@ static void gtsoi_setup(gtsoi_integrand *g, int lobe, double alpha, double nv) {
     g->power = 2.0 / g->aa - 2.0;
     g->width = alpha;
     g->t_max = 1e9;
+    g->split = lobe == GTSO_LOBE_GGX ? 2.0 : lobe == GTSO_LOBE_BRDF ? 1.0 / (1.0 + sqrt(alpha)) : 0.5;
     g->v[0] = sine, g->v[1] = 0.0, g->v[2] = nv;
     g->n[0] = 0.0, g->n[1] = 0.0, g->n[2] = 1.0;
     if (lobe == GTSO_LOBE_BECKMANN)
@@ -705,18 +706,18 @@ typedef struct gtsoi_ray {
     double na, nb, nc; /* n.l = (na (1 - t^2) + 2 nb t) / (1 + t^2) - nc */
 } gtsoi_ray;
 
-/* Integral of f n.l over t0 <= t <= t1; Fresnel's 1 - s and s apart. */
-static void gtsoi_radial(const gtsoi_integrand *g, const gtsoi_rule *rule, const gtsoi_ray *ray, double t0, double t1,
-                         double sum[2]) {
+/* Integral of f n.l over y0 <= y <= y1, t = width y / (1 - y): the tail of GGX becomes a polynomial's. Fresnel's 1 - s
+ * and s apart. */
+static void gtsoi_panel(const gtsoi_integrand *g, const gtsoi_rule *rule, const gtsoi_ray *ray, double y0, double y1,
+                        double sum[2]) {
     GTAOI_NO_CONTRACT
-    /* t = width y / (1 - y): the tail of GGX becomes a polynomial's */
-    double y0 = t0 / (g->width + t0), y1 = t1 / (g->width + t1), vz = g->v[2];
+    double vz = g->v[2];
     int i;
     for (i = 0; i < GTSOI_GAUSS; i++) {
         double y = y0 + (y1 - y0) * rule->x[i], q = 1.0 / (1.0 - y), t = g->width * y * q, tt = t * t;
         double inv = 1.0 / (1.0 + tt), nl = (ray->na * (1.0 - tt) + 2.0 * ray->nb * t) * inv - ray->nc;
         double vh = vz + ray->ve * t, d; /* times sqrt(inv): v.h */
-        double w = rule->w[i] * g->width * q * q * 4.0 * t * vh;
+        double w = rule->w[i] * (y1 - y0) * g->width * q * q * 4.0 * t * vh;
         if (!(nl > 0.0) || !(vh > 0.0))
             continue;
         /* D(h) dl, dl = 4 v.h dh */
@@ -735,7 +736,7 @@ static void gtsoi_radial(const gtsoi_integrand *g, const gtsoi_rule *rule, const
             break;
         }
         w *= d * nl;
-        if (g->lobe == GTSOI_BRDF) {
+        if (g->lobe == GTSO_LOBE_BRDF) {
             /* [Hei14] G2 / (4 n.l n.v); Schlick */
             double a1 = 1.0 - g->aa, s = 1.0 - vh * sqrt(inv), ss = s * s;
             w *= 0.5 / (nl * sqrt(g->nv * g->nv * a1 + g->aa) + g->nv * sqrt(nl * nl * a1 + g->aa));
@@ -745,6 +746,18 @@ static void gtsoi_radial(const gtsoi_integrand *g, const gtsoi_rule *rule, const
         }
         sum[0] += w;
     }
+}
+
+/* The same over t0 <= t <= t1: in two where the tail sees more of Fresnel than the peak, and for steep lobes. */
+static void gtsoi_radial(const gtsoi_integrand *g, const gtsoi_rule *rule, const gtsoi_ray *ray, double t0, double t1,
+                         double sum[2]) {
+    GTAOI_NO_CONTRACT
+    double y0 = t0 / (g->width + t0), y1 = t1 / (g->width + t1), split = g->split;
+    if (y0 < split && split < y1) {
+        gtsoi_panel(g, rule, ray, y0, split, sum);
+        y0 = split;
+    }
+    gtsoi_panel(g, rule, ray, y0, y1, sum);
 }
 
 /* Roots of (a - k) + 2 b t - (a + k) t^2, in order; 0 if there are none. */
@@ -877,7 +890,7 @@ static void gtsoi_integrate(const gtsoi_integrand *g, const gtsoi_rule *rule, co
 }
 
 static double gtsoi_lobe_visibility(const gtsoi_rule *rule, gtso_lobe lobe, gtso_frame frame, double aperture,
-                                    double beta, float roughness) {
+                                    double beta, float roughness, double f0) {
     GTAOI_NO_CONTRACT
     gtsoi_integrand g;
     double b[3], nv = 1.0, s, c, occluded[2], open[2];
@@ -892,7 +905,7 @@ static double gtsoi_lobe_visibility(const gtsoi_rule *rule, gtso_lobe lobe, gtso
     } else if (c < 1e-7 && beta == 0.0) {
         return 1.0;
     }
-    gtsoi_setup(&g, (int)lobe, gtsoi_alpha(roughness), nv);
+    gtsoi_setup(&g, lobe, gtsoi_alpha(roughness), nv);
     if (frame == GTSO_FRAME_BENT)
         b[0] = g.n[0], b[1] = 0.0, b[2] = g.n[2];
     else
@@ -900,6 +913,10 @@ static double gtsoi_lobe_visibility(const gtsoi_rule *rule, gtso_lobe lobe, gtso
     b[1] = 0.0;
     gtsoi_integrate(&g, rule, b, c, occluded);
     gtsoi_integrate(&g, rule, 0, 0.0, open);
+    if (lobe == GTSO_LOBE_BRDF) {
+        occluded[0] = f0 * occluded[0] + occluded[1];
+        open[0] = f0 * open[0] + open[1];
+    }
     return gtsoi_clamp(occluded[0] / open[0], 0.0, 1.0);
 }
 
@@ -907,7 +924,7 @@ GTSO_API float gtso_lobe_visibility(gtso_lobe lobe, gtso_frame frame, float aper
                                     float roughness) {
     gtsoi_rule rule;
     gtsoi_make_rule(&rule);
-    return (float)gtsoi_lobe_visibility(&rule, lobe, frame, (double)aperture_rad, (double)beta_rad, roughness);
+    return (float)gtsoi_lobe_visibility(&rule, lobe, frame, (double)aperture_rad, (double)beta_rad, roughness, 0.04);
 }
 
 static double gtsoi_f0(float f0) {
@@ -995,7 +1012,7 @@ GTSO_API float gtso_brdf_visibility(const float normal[3], const float view[3], 
     gtsoi_unit(bent_normal, n, bent);
     gtsoi_axes(n, v, x, y);
     b[0] = gtsoi_dot(bent, x), b[1] = gtsoi_dot(bent, y), b[2] = gtsoi_dot(bent, n);
-    gtsoi_setup(&g, GTSOI_BRDF, gtsoi_alpha(roughness), gtsoi_dot(n, v));
+    gtsoi_setup(&g, GTSO_LOBE_BRDF, gtsoi_alpha(roughness), gtsoi_dot(n, v));
     vs = gtsoi_brdf_visibility(&g, &rule, b, (double)aperture_rad, gtsoi_f0(f0), &o, &p);
     if (occluded)
         *occluded = (float)o;
@@ -1162,9 +1179,9 @@ GTSO_API gtso_result gtso_table_resolve(const gtso_table_desc *desc, gtso_table_
     t = *desc;
     if ((unsigned)t.kind > GTSO_KIND_BENT)
         return GTSO_ERROR_KIND;
-    if ((unsigned)t.lobe > GTSO_LOBE_PHONG)
+    if ((unsigned)t.lobe > GTSO_LOBE_BRDF)
         return GTSO_ERROR_LOBE;
-    if ((unsigned)t.frame > GTSO_FRAME_REFLECTION)
+    if ((unsigned)t.frame > GTSO_FRAME_BENT)
         return GTSO_ERROR_FRAME;
     if ((unsigned)t.fit > GTSO_FIT_ULUDAG)
         return GTSO_ERROR_FIT;
@@ -1217,7 +1234,10 @@ GTSO_API size_t gtso_table_count(const gtso_table_desc *desc) {
 static double gtsoi_axis_max(const gtso_table_desc *t, int axis) {
     if (axis == GTSO_AXIS_AZIMUTH)
         return GTAOI_PI;
-    if (axis == GTSO_AXIS_BETA && !(t->kind == GTSO_KIND_LOBE && t->frame == GTSO_FRAME_BENT))
+    /* With n = b nothing is beyond pi/2; but a scale by distances from the cone's edge must not end at the widest
+     * cone's. */
+    if (axis == GTSO_AXIS_BETA &&
+        (t->kind != GTSO_KIND_LOBE || t->frame != GTSO_FRAME_BENT || t->scale[axis] == GTSO_SCALE_EDGE))
         return GTAOI_PI;
     return 0.5 * GTAOI_PI;
 }
@@ -1328,9 +1348,9 @@ static double gtsoi_table_exact(const gtso_table_desc *t, const gtsoi_rule *rule
         return (double)gtso_cone_visibility(t->caps, (float)aperture, gtso_lobe_aperture(t->fit, roughness),
                                             (float)angle[1]);
     if (t->kind == GTSO_KIND_LOBE)
-        return gtsoi_lobe_visibility(rule, t->lobe, t->frame, aperture, angle[1], roughness);
+        return gtsoi_lobe_visibility(rule, t->lobe, t->frame, aperture, angle[1], roughness, (double)t->f0);
     gtsoi_sincos(gtsoi_clamp(angle[3], 0.0, 0.5 * GTAOI_PI), &s, &c);
-    gtsoi_setup(&g, GTSOI_BRDF, gtsoi_alpha(roughness), c);
+    gtsoi_setup(&g, GTSO_LOBE_BRDF, gtsoi_alpha(roughness), c);
     gtsoi_place(&g, gtsoi_clamp(angle[1], 0.0, GTAOI_PI), gtsoi_clamp(angle[4], 0.0, GTAOI_PI), b);
     if (t->kind == GTSO_KIND_BRDF)
         b[1] = 0.0;
@@ -1422,7 +1442,7 @@ GTSO_API float gtso_table_sample(const gtso_table_desc *desc, const float *data,
 static void gtsoi_env(const gtsoi_rule *rule, double nv, double alpha, float env[2]) {
     gtsoi_integrand g;
     double sum[2];
-    gtsoi_setup(&g, GTSOI_BRDF, alpha, nv);
+    gtsoi_setup(&g, GTSO_LOBE_BRDF, alpha, nv);
     gtsoi_integrate(&g, rule, 0, 0.0, sum);
     env[0] = (float)sum[0], env[1] = (float)sum[1];
 }
