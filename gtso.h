@@ -16,7 +16,7 @@
  *
  * EXAMPLE
  *
- *     gtso_table_desc table = {0};                  // GGX lobe, 32 x 32 x 32
+ *     gtso_table_desc table = {0};                  // full BRDF, 32 x 32 x 32
  *     float *data = malloc(gtso_table_count(&table) * sizeof(float));
  *     gtso_bake(&table, data, NULL);                // once; or load what build/lut wrote
  *
@@ -160,17 +160,17 @@ GTSO_API float gtso_cone_visibility(gtso_caps caps, float aperture_rad, float lo
 /* ---- lobes ------------------------------------------------------------------------------------------------------ */
 
 typedef enum gtso_lobe {                         /* integrand besides visibility */
-                         GTSO_LOBE_GGX = 0,      /* D(h) n.l, D of GGX [Wal07] */
-                         GTSO_LOBE_BECKMANN = 1, /* D(h) n.l, Beckmann [Wal07] */
-                         GTSO_LOBE_BLINN = 2,    /* D(h) n.l, Blinn-Phong, exponent p = 2 / alpha^2 - 2 */
-                         GTSO_LOBE_PHONG = 3,    /* (R.l)^p n.l */
-                         GTSO_LOBE_BRDF = 4      /* f n.l, as gtso_brdf_visibility */
+                         GTSO_LOBE_BRDF = 0,     /* f n.l, as gtso_brdf_visibility, f0 = 0.04 */
+                         GTSO_LOBE_GGX = 1,      /* D(h) n.l, D of GGX [Wal07] */
+                         GTSO_LOBE_BECKMANN = 2, /* D(h) n.l, Beckmann [Wal07] */
+                         GTSO_LOBE_BLINN = 3,    /* D(h) n.l, Blinn-Phong, exponent p = 2 / alpha^2 - 2 */
+                         GTSO_LOBE_PHONG = 4     /* (R.l)^p n.l */
 } gtso_lobe;
 
-typedef enum gtso_frame {                            /* where n and v are, given only the angle between b and R */
-                          GTSO_FRAME_REFLECTION = 0, /* n = v = R: a lobe of revolution about R */
+typedef enum gtso_frame { /* where n and v are, given only the angle between b and R */
                           GTSO_FRAME_BENT =
-                              1 /* n = b, so the view angle is beta, to pi/2: an open hemisphere gives exactly 1 */
+                              0, /* n = b, so the view angle is beta, to pi/2: an open hemisphere gives exactly 1 */
+                          GTSO_FRAME_REFLECTION = 1 /* n = v = R: a lobe of revolution about R */
 } gtso_frame;
 
 /* [J16] cone against lobe: the integral of the lobe over the cone by that over the hemisphere of n. By quadrature,
@@ -1169,7 +1169,7 @@ GTSO_API gtso_result gtso_table_resolve(const gtso_table_desc *desc, gtso_table_
         1u << GTSO_SCALE_ROUGHNESS | 1u << GTSO_SCALE_ALPHA,
         1u << GTSO_SCALE_ANGLE | 1u << GTSO_SCALE_COSINE | 1u << GTSO_SCALE_HALF_SINE,
         1u << GTSO_SCALE_ANGLE | 1u << GTSO_SCALE_COSINE | 1u << GTSO_SCALE_HALF_SINE};
-    static const gtso_scale best[GTSO_AXIS_COUNT] = {GTSO_SCALE_HALF_SINE, GTSO_SCALE_EDGE, GTSO_SCALE_ROUGHNESS,
+    static const gtso_scale best[GTSO_AXIS_COUNT] = {GTSO_SCALE_ANGLE, GTSO_SCALE_EDGE, GTSO_SCALE_ROUGHNESS,
                                                      GTSO_SCALE_ANGLE, GTSO_SCALE_ANGLE};
     gtso_table_desc t;
     double count = 1.0;
@@ -1179,9 +1179,9 @@ GTSO_API gtso_result gtso_table_resolve(const gtso_table_desc *desc, gtso_table_
     t = *desc;
     if ((unsigned)t.kind > GTSO_KIND_BENT)
         return GTSO_ERROR_KIND;
-    if ((unsigned)t.lobe > GTSO_LOBE_BRDF)
+    if ((unsigned)t.lobe > GTSO_LOBE_PHONG)
         return GTSO_ERROR_LOBE;
-    if ((unsigned)t.frame > GTSO_FRAME_BENT)
+    if ((unsigned)t.frame > GTSO_FRAME_REFLECTION)
         return GTSO_ERROR_FRAME;
     if ((unsigned)t.fit > GTSO_FIT_ULUDAG)
         return GTSO_ERROR_FIT;
@@ -1853,6 +1853,7 @@ GTAOI_FI GV GTAOI_NAME(gtsoi_group)(const gtsoi_lookup *l, GV visibility, const 
     aperture = GTAOI_NAME(gtsoi_chord)(cos_aperture);
     beta = GTAOI_NAME(gtsoi_chord)(cos_beta);
     u[0] = GTAOI_NAME(gtsoi_coord)(l, 0, cos_aperture, aperture);
+    u[0] = GV_SELECT(GV_LE(cos_aperture, zero), one, u[0]); /* whatever the rounding: open is open */
     u[2] = GV_MUL(roughness, roughness);
     if (l->t.scale[1] == GTSO_SCALE_EDGE) {
         GV w = GV_MUL(GV_SET((float)GTSOI_EDGE_WIDTH), GV_MAX(u[2], GV_SET((float)GTSOI_ALPHA_MIN)));
