@@ -983,7 +983,7 @@ static void gtsoi_axes(const double z[3], const double v[3], double x[3], double
     for (i = 0; i < 3; i++)
         x[i] = v[i] - along * z[i];
     length = gtsoi_dot(x, x);
-    if (!(length > 1e-18)) {
+    if (!(length > 1e-12)) {
         for (i = 1; i < 3; i++)
             if (z[i] * z[i] < z[k] * z[k])
                 k = i;
@@ -1108,7 +1108,7 @@ GTSO_API float gtso_horizon_visibility(const float normal[3], const float view[3
     }
     nz = gtsoi_clamp(gtsoi_dot(n, v), GTSOI_FACING_MIN, 1.0);
     nx = gtsoi_dot(n, x), ny = gtsoi_dot(n, y);
-    nr = sqrt(nx * nx + ny * ny);
+    nr = sqrt((1.0 - nz) * (1.0 + nz));
     azimuth = gtsoi_atan2(ny, nx);
     k = sqrt(1.0 + nr * nr / aa); /* tan(z/2) = k tan(d/2): z crowds around the lobe's azimuth, d = 0 */
     for (i = 0; i < 2 * count; i++) {

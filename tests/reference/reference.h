@@ -106,8 +106,8 @@ long double ref_cap_intersection(long double a, long double b, long double d);
 typedef struct ref_lobe {
     enum { REF_GGX, REF_BECKMANN, REF_BLINN, REF_PHONG, REF_BRDF } kind;
     double alpha;
-    double f0;             /* REF_BRDF */
-    double n[3], v[3];     /* unit */
+    double f0;         /* REF_BRDF */
+    double n[3], v[3]; /* unit */
 } ref_lobe;
 
 /* D(h) n.l or (R.l)^p n.l, not normalised for Phong; REF_BRDF: GGX, height-correlated Smith, Schlick, times n.l. */
