@@ -546,14 +546,15 @@ GTSO_API float gtso_lobe_aperture(gtso_fit fit, float roughness) {
     return (float)(2.0 * gtsoi_atan2(half, sqrt(1.0 - half * half)));
 }
 
-/* Angle at the corner between the sides p and q of a spherical triangle, opposite r; s its half perimeter. */
-static double gtsoi_corner(double p, double q, double r, double s) {
+/* Angle at the corner between the sides p and q of a spherical triangle, opposite r, from its half perimeter s less
+ * each side. */
+static double gtsoi_corner(double s_p, double s_q, double s, double s_r) {
     GTAOI_NO_CONTRACT
     double sine[4], unused;
-    gtsoi_sincos(s - p, &sine[0], &unused);
-    gtsoi_sincos(s - q, &sine[1], &unused);
+    gtsoi_sincos(s_p, &sine[0], &unused);
+    gtsoi_sincos(s_q, &sine[1], &unused);
     gtsoi_sincos(s, &sine[2], &unused);
-    gtsoi_sincos(s - r, &sine[3], &unused);
+    gtsoi_sincos(s_r, &sine[3], &unused);
     return 2.0 *
            gtsoi_atan2(sqrt(gtsoi_clamp(sine[0] * sine[1], 0.0, 1.0)), sqrt(gtsoi_clamp(sine[2] * sine[3], 0.0, 1.0)));
 }
@@ -571,7 +572,7 @@ static double gtsoi_versine(double a) {
  * whose half-angle formulas and l'Huilier's lose nothing for small caps. */
 static double gtsoi_cap_intersection(double a, double b, double d) {
     GTAOI_NO_CONTRACT
-    double s, small, large, phi_a, phi_b, t[4], excess, sine, cosine, result;
+    double small, large, phi_a, phi_b, t[4], excess, sine, cosine, result;
     int i;
     a = gtsoi_clamp(a, 0.0, GTAOI_PI), b = gtsoi_clamp(b, 0.0, GTAOI_PI), d = gtsoi_clamp(d, 0.0, GTAOI_PI);
     small = a < b ? a : b, large = a < b ? b : a;
@@ -581,10 +582,11 @@ static double gtsoi_cap_intersection(double a, double b, double d) {
         return 0.0;
     if (a + b + d >= 2.0 * GTAOI_PI) /* together they cover the sphere */
         return 2.0 * GTAOI_PI * (gtsoi_versine(a) + gtsoi_versine(b) - 2.0);
-    s = 0.5 * (a + b + d);
-    phi_a = gtsoi_corner(a, d, b, s);
-    phi_b = gtsoi_corner(b, d, a, s);
-    t[0] = 0.5 * s, t[1] = 0.5 * (s - a), t[2] = 0.5 * (s - b), t[3] = 0.5 * (s - d);
+    t[0] = 0.5 * (a + b + d), t[1] = 0.5 * ((b - a) + d), t[2] = 0.5 * ((a - b) + d), t[3] = 0.5 * (a + b - d);
+    phi_a = gtsoi_corner(t[1], t[3], t[0], t[2]);
+    phi_b = gtsoi_corner(t[2], t[3], t[0], t[1]);
+    for (i = 0; i < 4; i++)
+        t[i] *= 0.5;
     sine = cosine = 1.0;
     for (i = 0; i < 4; i++) {
         double si, co;
@@ -599,7 +601,7 @@ static double gtsoi_cap_intersection(double a, double b, double d) {
 /* The part of the smaller cap that the approximations give: 1 contained, 0 apart, a smoothstep between. */
 static double gtsoi_cap_overlap(gtso_caps caps, double a, double b, double d) {
     GTAOI_NO_CONTRACT
-    double apart = a + b < GTAOI_PI ? a + b : GTAOI_PI, inside = a < b ? b - a : a - b, x;
+    double apart = a + b, inside = a < b ? b - a : a - b, x;
     if (d <= inside)
         return 1.0;
     if (d >= apart)
@@ -616,6 +618,10 @@ static double gtsoi_caps_by(gtso_caps caps, double a, double b, double d) {
     if (caps == GTSO_CAPS_EXACT)
         return gtsoi_cap_intersection(a, b, d);
     a = gtsoi_clamp(a, 0.0, GTAOI_PI), b = gtsoi_clamp(b, 0.0, GTAOI_PI), d = gtsoi_clamp(d, 0.0, GTAOI_PI);
+    if (a + b > GTAOI_PI) /* they meet wherever they are: by what they leave out */
+        return 2.0 * GTAOI_PI * (gtsoi_versine(a) + gtsoi_versine(b) - 2.0) +
+               2.0 * GTAOI_PI * gtsoi_versine(GTAOI_PI - (a < b ? b : a)) *
+                   gtsoi_cap_overlap(caps, GTAOI_PI - a, GTAOI_PI - b, d);
     return 2.0 * GTAOI_PI * gtsoi_versine(a < b ? a : b) * gtsoi_cap_overlap(caps, a, b, d);
 }
 
@@ -837,7 +843,7 @@ static void gtsoi_integrate(const gtsoi_integrand *g, const gtsoi_rule *rule, co
                             double sum[2]) {
     GTAOI_NO_CONTRACT
     /* Where the integrand over phi has kinks: the end of the range, turns of the horizon, half-planes that touch the
-     * cone, and those through the points where it meets the horizon. */
+     * cone or run along its edge, and those through the points where it meets the horizon. */
     double list[16], end = !b || b[1] == 0.0 ? GTAOI_PI : 2.0 * GTAOI_PI, factor = end < 4.0 ? 2.0 : 1.0;
     int count = 0, i, j;
     sum[0] = sum[1] = 0.0;
@@ -858,6 +864,11 @@ static void gtsoi_integrate(const gtsoi_integrand *g, const gtsoi_rule *rule, co
             count = gtsoi_add_break(list, count, middle - half + GTAOI_PI, end);
             count = gtsoi_add_break(list, count, middle + half + GTAOI_PI, end);
         }
+        /* tangent, at R, to the circle around b through R: beside it the ends turn fast where R is near the cone's edge */
+        along = vx * b[2] + g->v[2] * b[0], across = g->v[2] * b[1];
+        s1 = gtsoi_atan2(along, -across);
+        count = gtsoi_add_break(list, count, s1, end);
+        count = gtsoi_add_break(list, count, s1 + GTAOI_PI, end);
         /* on the horizon: l = (along l0 + across y) with l0 = the horizon's direction in the xz plane */
         l0[0] = g->n[2], l0[1] = 0.0, l0[2] = -g->n[0];
         along = b[0] * l0[0] + b[2] * l0[2], across = b[1];
