@@ -1779,7 +1779,17 @@ GTSO_API float gtso_lookup_at(const gtso_table_desc *desc, const float *data, fl
 #elif GTAOI_W == 8
 #define GTSOI_GATHER(p, index) _mm256_i32gather_ps(p, _mm256_cvttps_epi32(index), 4)
 #elif GTAOI_W == 16
-#define GTSOI_GATHER(p, index) _mm512_i32gather_ps(_mm512_cvttps_epi32(index), p, 4)
+#define GTSOI_GATHER(p, index) GTAOI_NAME(gtsoi_gather)(p, index)
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wsign-conversion" /* in gcc's macro, without optimisation */
+#endif
+GTAOI_FI GV GTAOI_NAME(gtsoi_gather)(const float *p, GV index) {
+    return _mm512_i32gather_ps(_mm512_cvttps_epi32(index), p, 4);
+}
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic pop
+#endif
 #else
 #define GTSOI_GATHER(p, index) GTAOI_NAME(gtsoi_gather)(p, index)
 GTAOI_FI GV GTAOI_NAME(gtsoi_gather)(const float *p, GV index) {

@@ -515,9 +515,9 @@ static void table_errors(void **state) {
         double unorm8;
     } tables[] = {
         {"full BRDF, n = b", GTSO_KIND_LOBE, GTSO_LOBE_BRDF, GTSO_FRAME_BENT, 32, 0.004},
-        {"full BRDF, n = b", GTSO_KIND_LOBE, GTSO_LOBE_BRDF, GTSO_FRAME_BENT, 16, 0.009},
-        {"GGX about R", GTSO_KIND_LOBE, GTSO_LOBE_GGX, GTSO_FRAME_REFLECTION, 32, 0.003},
-        {"GGX about R", GTSO_KIND_LOBE, GTSO_LOBE_GGX, GTSO_FRAME_REFLECTION, 16, 0.006},
+        {"full BRDF, n = b", GTSO_KIND_LOBE, GTSO_LOBE_BRDF, GTSO_FRAME_BENT, 16, 0.010},
+        {"GGX about R", GTSO_KIND_LOBE, GTSO_LOBE_GGX, GTSO_FRAME_REFLECTION, 32, 0.004},
+        {"GGX about R", GTSO_KIND_LOBE, GTSO_LOBE_GGX, GTSO_FRAME_REFLECTION, 16, 0.008},
         {"cone/cone", GTSO_KIND_CONE, GTSO_LOBE_BRDF, GTSO_FRAME_BENT, 32, 0.004},
         {"full BRDF, 4 axes", GTSO_KIND_BRDF, GTSO_LOBE_BRDF, GTSO_FRAME_BENT, 16, 0.006},
     };
@@ -530,7 +530,7 @@ static void table_errors(void **state) {
         t.frame = tables[i].frame;
         for (int k = 0; k < 4; k++)
             t.size[k] = tables[i].size;
-        e = measure(t, 20000);
+        e = measure(t, 60000);
         printf("# note: %-18s %d^%d: RMSE float %.4f, 8 bits %.4f, BC4 %.4f, max %.2f; baked in %.2f s\n",
                tables[i].name, tables[i].size, gtso_table_axes(&t), e.as_float, e.unorm8, e.bc4, e.largest, e.seconds);
         CHECK(e.unorm8 < tables[i].unorm8, "%s %d: 8-bit RMSE %g", tables[i].name, tables[i].size, e.unorm8);

@@ -5,7 +5,9 @@
  *   golden FILE           compares every kernel that runs here with FILE; exit status 1 if any hash differs
  */
 #define GTAO_IMPLEMENTATION
+#define GTSO_IMPLEMENTATION
 #include "gtao.h"
+#include "gtso.h"
 
 #include "inputs.h"
 
@@ -78,6 +80,111 @@ static uint64_t hash_formulas(void) {
     return h;
 }
 
+/* gtso.h: tables of every kind, and lookups in them. */
+static uint64_t hash_specular(gtso_kind kind, gtao_isa isa) {
+    enum { WIDTH = 67, HEIGHT = 16 };
+    static float data[10 * 10 * 10 * 10 * 4], visibility[WIDTH * HEIGHT], roughness[WIDTH * HEIGHT];
+    static float bent[3 * WIDTH * HEIGHT], normals[3 * WIDTH * HEIGHT], views[4 * WIDTH * HEIGHT];
+    static float output[WIDTH * HEIGHT];
+    gtso_table_desc table;
+    gtso_lookup_desc lookup;
+    uint32_t state = 1;
+    uint64_t h = hash_start;
+    memset(&table, 0, sizeof table);
+    memset(&lookup, 0, sizeof lookup);
+    table.kind = kind;
+    for (int i = 0; i < 4; i++)
+        table.size[i] = kind == GTSO_KIND_BENT ? 8 : 10;
+    table.size[4] = 4;
+    if (gtso_bake(&table, data, NULL) != GTSO_OK)
+        return 0;
+    h = hash_bytes(h, data, gtso_table_count(&table) * sizeof *data);
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        float n[3][3];
+        for (int k = 0; k < 3; k++) {
+            float length = 0.0f;
+            for (int j = 0; j < 3; j++) {
+                n[k][j] = (float)((int32_t)next_random(&state) - 8388608) / 8388608.0f;
+                if (j == 2)
+                    n[k][j] = -0.25f - n[k][j] * n[k][j]; /* mostly towards the eye */
+                length += n[k][j] * n[k][j];
+            }
+            for (int j = 0; j < 3; j++)
+                n[k][j] /= sqrtf(length);
+        }
+        memcpy(bent + 3 * i, n[0], sizeof n[0]);
+        memcpy(normals + 3 * i, n[1], sizeof n[1]);
+        memcpy(views + 4 * i, n[2], sizeof n[2]);
+        visibility[i] = (float)next_random(&state) / 16777215.0f;
+        roughness[i] = (float)next_random(&state) / 16777215.0f;
+    }
+    lookup.width = WIDTH;
+    lookup.height = HEIGHT;
+    lookup.table = &table;
+    lookup.data = data;
+    lookup.visibility = visibility;
+    lookup.bent_normals = bent;
+    lookup.normals = normals;
+    lookup.views = views;
+    lookup.view_components = 4;
+    lookup.roughness = roughness;
+    lookup.output = output;
+    lookup.isa = isa;
+    if (gtso_lookup(&lookup) != GTSO_OK)
+        return 0;
+    return hash_bytes(h, output, sizeof output);
+}
+
+static uint64_t hash_specular_formulas(void) {
+    uint64_t h = hash_start;
+    uint32_t state = 1;
+    for (int i = 0; i < 512; i++) {
+        float x[5], occluded, open, env[2], texels[16];
+        const float n[3] = {0.25f, -0.5f, -1.0f};
+        float v[3] = {0.0f, 0.0f, -1.0f}, b[3];
+        gtso_slice slices[2];
+        uint8_t block[8];
+        for (int k = 0; k < 5; k++)
+            x[k] = (float)next_random(&state) / 16777215.0f;
+        v[0] = x[0] - 0.5f;
+        b[0] = x[1] - 0.5f;
+        b[1] = x[2] - 0.5f;
+        b[2] = -1.0f;
+        h = hash_float(h, gtso_cos_aperture(x[0]));
+        h = hash_float(h, gtso_cos_aperture_tilted(x[0], x[1]));
+        for (int k = 0; k < 3; k++) {
+            h = hash_float(h, gtso_lobe_aperture((gtso_fit)k, x[1]));
+            h = hash_float(h, gtso_cap_intersection((gtso_caps)k, 3.0f * x[0], 3.0f * x[1], 3.0f * x[2]));
+            h = hash_float(h, gtso_cone_visibility((gtso_caps)k, 1.5f * x[0], 1.5f * x[1], 3.0f * x[2]));
+        }
+        h = hash_float(h, gtso_brdf(n, v, b, x[3], x[4]));
+        for (int k = 0; k < 16; k++)
+            texels[k] = (float)next_random(&state) / 16777215.0f * x[k % 5];
+        gtso_bc4_encode_block(texels, block);
+        h = hash_bytes(h, block, sizeof block);
+        gtso_bc4_decode_block(block, texels);
+        h = hash_bytes(h, texels, sizeof texels);
+        if (i % 8)
+            continue;
+        h = hash_float(
+            h, gtso_lobe_visibility((gtso_lobe)(i / 8 % 5), (gtso_frame)(i / 16 % 2), 1.5f * x[0], 2.5f * x[1], x[2]));
+        h = hash_float(h, gtso_brdf_visibility(n, v, b, 1.5f * x[3], x[4], 0.04f, &occluded, &open));
+        h = hash_float(hash_float(h, occluded), open);
+        for (int k = 0; k < 2; k++) {
+            slices[k].direction[0] = (float)!k;
+            slices[k].direction[1] = (float)k;
+            slices[k].direction[2] = 0.0f;
+            slices[k].h0_rad = -1.5f * x[k];
+            slices[k].h1_rad = 1.5f * x[k + 2];
+        }
+        h = hash_float(h, gtso_horizon_visibility(n, b, slices, 2, x[4], 0.5f, &occluded, &open));
+        h = hash_float(hash_float(h, occluded), open);
+        gtso_env_brdf(x[0], x[1], env);
+        h = hash_float(hash_float(h, env[0]), env[1]);
+    }
+    return h;
+}
+
 typedef struct entry {
     const char *name;
     uint64_t hash;
@@ -96,6 +203,13 @@ static int hash_all(gtao_isa isa, entry *entries) {
     entries[count++].hash = hash_setting(&settings[0], isa, GTAO_FORMAT_UNORM16);
     entries[count].name = "formulas";
     entries[count++].hash = hash_formulas();
+    for (int kind = 0; kind < 4; kind++) {
+        static const char *const names[] = {"specular-lobe", "specular-cone", "specular-brdf", "specular-bent"};
+        entries[count].name = names[kind];
+        entries[count++].hash = hash_specular((gtso_kind)kind, isa);
+    }
+    entries[count].name = "specular-formulas";
+    entries[count++].hash = hash_specular_formulas();
     return count;
 }
 
@@ -125,7 +239,7 @@ static int compare(FILE *file, gtao_isa isa, const entry *entries, int count) {
 }
 
 int main(int argc, char **argv) {
-    static entry entries[SETTING_COUNT + 3];
+    static entry entries[SETTING_COUNT + 8];
     int bad = 0;
     if (argc < 2) {
         int count = hash_all(GTAO_ISA_SCALAR, entries);
