@@ -1831,11 +1831,6 @@ GTAOI_FI GV GTAOI_NAME(gtsoi_chord)(GV cosine) {
     return GV_SQRT(GV_MUL(GV_SET(2.0f), GV_SUB(GV_SET(1.0f), cosine)));
 }
 
-GTAOI_FI GV GTAOI_NAME(gtsoi_compress)(GV e, GV w) {
-    GTAOI_NO_CONTRACT
-    return GV_DIV(e, GV_ADD(w, GV_ABS(e)));
-}
-
 /* Coordinate of an angle, from its cosine. */
 GTAOI_FI GV GTAOI_NAME(gtsoi_coord)(const gtsoi_lookup *l, int axis, GV cosine, GV chord) {
     GTAOI_NO_CONTRACT
@@ -1878,10 +1873,12 @@ GTAOI_FI GV GTAOI_NAME(gtsoi_group)(const gtsoi_lookup *l, GV visibility, const 
     u[2] = GV_MUL(roughness, roughness);
     if (l->t.scale[1] == GTSO_SCALE_EDGE) {
         GV w = GV_MUL(GV_SET((float)GTSOI_EDGE_WIDTH), GV_MAX(u[2], GV_SET((float)GTSOI_ALPHA_MIN)));
-        GV lo = GTAOI_NAME(gtsoi_compress)(GV_SUB(aperture, GV_SET(l->largest[1])), w);
-        GV hi = GTAOI_NAME(gtsoi_compress)(aperture, w);
-        GV g = GTAOI_NAME(gtsoi_compress)(GV_SUB(aperture, beta), w);
-        u[1] = GV_DIV(GV_SUB(g, lo), GV_SUB(hi, lo));
+        /* (g - lo) / (hi - lo) of the three fractions lo = -rest / low, hi = aperture / high, g = e / middle */
+        GV rest = GV_SUB(two, aperture), e = GV_SUB(aperture, beta);
+        GV low = GV_ADD(w, rest), high = GV_ADD(w, aperture), middle = GV_ADD(w, GV_ABS(e));
+        GV over = GV_MUL(GV_ADD(GV_MUL(e, low), GV_MUL(rest, middle)), high);
+        GV under = GV_MUL(GV_ADD(GV_MUL(aperture, low), GV_MUL(rest, high)), middle);
+        u[1] = GV_DIV(over, under);
     } else {
         u[1] = GTAOI_NAME(gtsoi_coord)(l, 1, cos_beta, beta);
     }
