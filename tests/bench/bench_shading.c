@@ -110,7 +110,7 @@ static bool build_spheres(stage *s, int width, int height) {
         s->balls[s->ball_count++] = small;
     }
     look_at(&s->scene.camera, v3(0.35, 1.25, 3.6), v3(0.04, 0.42, -0.4), 0.74, width, height);
-    s->scene.radius = 1;
+    s->scene.radius = 3;
     return true;
 }
 
@@ -119,7 +119,7 @@ static bool build_scan(stage *s, int width, int height) {
     s->roughness = 0.35;
     for (int i = 0; i < bench_scene_count(); ++i)
         if (strcmp(bench_scene_name(i), "scan") == 0)
-            return bench_scene_build(&s->scene, i, width, height);
+            return bench_scene_build(&s->scene, i, width, height) && (s->scene.radius = 1) > 0;
     return false;
 }
 

@@ -263,15 +263,4 @@ awk -F, "$less"' $1 != "pooled" && $9 == "plain" {
 [ "${1-}" = docs ] || exit 0
 for f in build/bench/bench_*.svg; do cp "$f" docs/figures/; done
 cp build/bench/crops.png docs/figures/bench_crops.png
-for page in README.md docs/benchmark.md docs/accuracy.md; do
-    awk -v dir=$out '
-        /^<!-- begin: / {
-            print; file = dir "/" $3 ".md"
-            if ((getline line < file) < 0) { print "publish.sh: no table " $3 > "/dev/stderr"; exit 1 }
-            do print line; while ((getline line < file) > 0)
-            close(file); skip = 1; next
-        }
-        /^<!-- end: / { skip = 0 }
-        !skip' $page > $page.new
-    mv $page.new $page
-done
+exec tests/bench/insert.sh $out README.md docs/benchmark.md docs/accuracy.md
