@@ -24,6 +24,7 @@ if [ -z "$quick" ]; then
     stats lut-brdf --kind brdf
     stats lut-bent --kind bent --points 5000
 fi
+{ echo '```'; build/bench_specular ${quick:+--quick}; echo '```'; } > $out/cost.md
 build/lut --slices $out/table_lobe.png
 build/lut --kind brdf --slices $out/table_brdf.png
 
