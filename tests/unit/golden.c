@@ -86,6 +86,9 @@ static uint64_t hash_specular(gtso_kind kind, gtao_isa isa) {
     static float tables[4][8 * 8 * 8 * 8 * 4], visibility[WIDTH * HEIGHT], roughness[WIDTH * HEIGHT];
     static float bent[3 * WIDTH * HEIGHT], normals[3 * WIDTH * HEIGHT], views[4 * WIDTH * HEIGHT];
     static float output[WIDTH * HEIGHT];
+    /* Unit vectors without a root: nothing here is told to round as the library does. */
+    static const int quadruples[9][4] = {{1, 2, 2, 3},  {2, 3, 6, 7},   {1, 4, 8, 9},   {4, 4, 7, 9},   {2, 6, 9, 11},
+                                         {6, 6, 7, 11}, {3, 4, 12, 13}, {2, 5, 14, 15}, {2, 10, 11, 15}};
     gtso_table_desc table;
     gtso_lookup_desc lookup;
     float *data = tables[kind];
@@ -103,28 +106,27 @@ static uint64_t hash_specular(gtso_kind kind, gtao_isa isa) {
         if (gtso_bake_rows(&table, data, 0, baked, NULL) != GTSO_OK)
             return 0;
         for (size_t i = (size_t)baked * 8; i < gtso_table_count(&table); i++)
-            data[i] = (float)next_random(&state) / 16777215.0f;
+            data[i] = (float)next_random(&state) / 16777216.0f;
     }
     h = hash_bytes(h, data, gtso_table_count(&table) * sizeof *data);
     state = 1;
     for (int i = 0; i < WIDTH * HEIGHT; i++) {
-        float n[3][3];
+        float n[3][3]; /* mostly towards the eye */
         for (int k = 0; k < 3; k++) {
-            float length = 0.0f;
-            for (int j = 0; j < 3; j++) {
-                n[k][j] = (float)((int32_t)next_random(&state) - 8388608) / 8388608.0f;
-                if (j == 2)
-                    n[k][j] = -0.25f - n[k][j] * n[k][j]; /* mostly towards the eye */
-                length += n[k][j] * n[k][j];
-            }
+            const uint32_t pick = next_random(&state);
+            const int *q = quadruples[pick % 9];
+            const int turn = (int)(pick / 16 % 3);
             for (int j = 0; j < 3; j++)
-                n[k][j] /= sqrtf(length);
+                n[k][j] = (float)q[(j + turn) % 3] / (float)q[3];
+            n[k][0] = pick & 1024 ? -n[k][0] : n[k][0];
+            n[k][1] = pick & 2048 ? -n[k][1] : n[k][1];
+            n[k][2] = -n[k][2];
         }
         memcpy(bent + 3 * i, n[0], sizeof n[0]);
         memcpy(normals + 3 * i, n[1], sizeof n[1]);
         memcpy(views + 4 * i, n[2], sizeof n[2]);
-        visibility[i] = (float)next_random(&state) / 16777215.0f;
-        roughness[i] = (float)next_random(&state) / 16777215.0f;
+        visibility[i] = (float)next_random(&state) / 16777216.0f;
+        roughness[i] = (float)next_random(&state) / 16777216.0f;
     }
     lookup.width = WIDTH;
     lookup.height = HEIGHT;
@@ -153,7 +155,7 @@ static uint64_t hash_specular_formulas(void) {
         gtso_slice slices[2];
         uint8_t block[8];
         for (int k = 0; k < 5; k++)
-            x[k] = (float)next_random(&state) / 16777215.0f;
+            x[k] = (float)next_random(&state) / 16777216.0f;
         v[0] = x[0] - 0.5f;
         b[0] = x[1] - 0.5f;
         b[1] = x[2] - 0.5f;
@@ -167,7 +169,7 @@ static uint64_t hash_specular_formulas(void) {
         }
         h = hash_float(h, gtso_brdf(n, v, b, x[3], x[4]));
         for (int k = 0; k < 16; k++)
-            texels[k] = (float)next_random(&state) / 16777215.0f * x[k % 5];
+            texels[k] = (float)next_random(&state) / 16777216.0f * x[k % 5];
         gtso_bc4_encode_block(texels, block);
         h = hash_bytes(h, block, sizeof block);
         gtso_bc4_decode_block(block, texels);
