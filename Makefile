@@ -121,14 +121,14 @@ demo: build/demo-sheet
 	build/demo-sheet
 
 # QUICK=1: small images and few settings into build/bench/; otherwise also the figures and tables that docs/ shows.
-bench: $(bench_programs) build/lut | build/setup/figures
+bench: $(bench_programs) build/lut build/tests/test_specular | build/setup/figures
 	build/bench-run $(if $(QUICK),--quick)
 	build/bench_multibounce $(if $(QUICK),--size 120x68 --paths 50,--size 240x135 --paths 200) > build/bench/multibounce.txt
 	tests/bench/publish.sh $(if $(QUICK),,docs)
 	tests/bench/specular.sh $(if $(QUICK),--quick,docs)
 
 # Only the part of it that is about specular occlusion.
-specular: build/bench_shading build/bench_specular build/lut
+specular: build/bench_shading build/bench_specular build/lut build/tests/test_specular
 	tests/bench/specular.sh $(if $(QUICK),--quick,docs)
 
 test: $(suite_programs) $(programs) | build/setup/test

@@ -109,7 +109,7 @@ static bool build_spheres(stage *s, int width, int height) {
         ball small = {v3(i - 1.72, 0.16, 0.02), 0.16, 0.1 + 0.2 * i};
         s->balls[s->ball_count++] = small;
     }
-    look_at(&s->scene.camera, v3(0.35, 1.25, 3.6), v3(0.04, 0.42, -0.4), 0.74, width, height);
+    look_at(&s->scene.camera, v3(0.35, 1.25, 3.6), v3(0.06, 0.38, -0.4), 0.74, width, height);
     s->scene.radius = 3;
     return true;
 }
@@ -936,7 +936,9 @@ int main(int argc, char **argv) {
     for (int i = 0; i < 2 && !status; ++i) {
         stage s;
         memset(&s, 0, sizeof s);
-        if (!builders[i](&s, width, height) || !open_rays(&s) || !run_stage(&s, strata, tables, workers, directory)) {
+        /* the row of spheres is a wide picture */
+        if (!builders[i](&s, width, i ? height : height * 3 / 4) || !open_rays(&s) ||
+            !run_stage(&s, strata, tables, workers, directory)) {
             fprintf(stderr, "bench_shading: scene %d failed\n", i);
             status = 1;
         }
