@@ -48,6 +48,32 @@
  *   GTSO_STATIC            everything of this file static; only together with GTSO_IMPLEMENTATION
  *   GTSO_HEADER_FILENAME   "gtso.h": how the file includes itself, once per vector width
  *
+ * MEMORY, THREADS, DETERMINISM
+ *   No allocation, no globals, no I/O, no threads: as gtao.h. Tables belong to the caller (32^3 floats: 128 KiB) and
+ *   are read-only once baked. Baking runs in scalar double, by quadrature, with functions of its own instead of libm's;
+ *   lookups in every kernel of gtao.h. Tables and lookups have the same bits everywhere (tests/determinism.sh).
+ *
+ * ACCURACY (tests/reference/test_specular.c)
+ *   Cap intersection: 6e-7 sr for every triple, degenerate ones included. V_s by Oat's and the smoothstep approximation
+ *   is off by 0.009 and 0.021 on average, 0.15 and 0.44 at most.
+ *   Integrals over lobes and of the full BRDF: 1e-5 RMS, 1e-4 at most; white-dome identity 1e-6.
+ *   Tables against those integrals, RMSE over evenly spread points, at 8 bits (BC4 adds 0.001):
+ *     full BRDF with n = b (default)   32^3 0.0033   16^3 0.0090      32^3 bakes in 0.4 s on one 2.5 GHz core
+ *     GGX about R                      32^3 0.0022   16^3 0.0064      0.2 s
+ *     full BRDF, view angle too        16^4 0.0043                    0.9 s
+ *   What is left sits where V_s is a step: mirrors at the edge of nearly closed and nearly open cones. Plain axes
+ *   (angles or cosines for beta) have four times the error.
+ *   Cones themselves are the larger error: against random smooth horizons V_s has RMSE 0.210 as cone/cone, 0.199 as
+ *   cone/lobe, 0.169 by the default table, 0.156 by that with the view angle; visibility itself in its place, 0.385.
+ *   The bent normal's azimuth (GTSO_KIND_BENT) adds nothing that can be measured.
+ *
+ * DEVIATIONS FROM THE PAPERS
+ *   - The default is the final definition of [J16] under the assumption n = b, for which three parameters suffice:
+ *     nearer to truth than the distribution alone, and open surfaces stay exactly 1. lobe = GTSO_LOBE_GGX with frame =
+ *     GTSO_FRAME_REFLECTION is the slides' cone/lobe table, kind = GTSO_KIND_CONE their first attempt.
+ *   - Apertures are corrected for the tilt of the bent normal (no_tilt: not).
+ *   - Beta is stored by its distance from the cone's edge.
+ *
  * REFERENCES
  *   [J16], [J19] see gtao.h.
  *   [Wal07] Walter, Marschner, Li, Torrance: Microfacet models for refraction through rough surfaces. EGSR 2007.
@@ -174,13 +200,14 @@ typedef enum gtso_frame { /* where n and v are, given only the angle between b a
 } gtso_frame;
 
 /* [J16] cone against lobe: the integral of the lobe over the cone by that over the hemisphere of n. By quadrature,
- * within 1e-5. */
+ * within 1e-4, mostly 1e-5. Apertures up to pi/2. */
 GTSO_API float gtso_lobe_visibility(gtso_lobe lobe, gtso_frame frame, float aperture_rad, float beta_rad,
                                     float roughness);
 
 /* [J16] the final definition, for any bent normal: integral of V f n.l by that of f n.l, f the full BRDF: GGX,
  * height-correlated Smith [Hei14], Schlick's Fresnel from f0. *occluded and *open (may be null) receive the two, so
- * occluded = V_s (f0 env[0] + env[1]): the white-dome identity. Unit vectors. By quadrature, within 1e-5. */
+ * occluded = V_s (f0 env[0] + env[1]): the white-dome identity. Vectors of any length. By quadrature, within
+ * 1e-4, mostly 1e-5. */
 GTSO_API float gtso_brdf_visibility(const float normal[3], const float view[3], const float bent_normal[3],
                                     float aperture_rad, float roughness, float f0, float *occluded, float *open);
 
@@ -268,7 +295,9 @@ GTSO_API gtso_result gtso_bake_rows(const gtso_table_desc *desc, float *data, in
 /* What the table stands for at a point, by quadrature: the truth its interpolation is measured against. The
  * description must be valid. */
 GTSO_API float gtso_table_exact(const gtso_table_desc *desc, const gtso_point *point);
-/* Coordinates in [0, 1] of a point, one for each axis (0 for those the kind does not have), and back. */
+/* Coordinates in [0, 1] of a point, one for each axis (0 for those the kind does not have), and back.
+ * GTSO_SCALE_EDGE, for shaders: with chord(a) = 2 sin(a/2) = sqrt(2 - 2 cos a), w = 2 max(roughness^2, 1e-4),
+ * c(e) = e / (w + |e|) and a = chord(aperture),  u = (c(a - chord(beta)) - c(a - 2)) / (c(a) - c(a - 2)). */
 GTSO_API void gtso_table_coords(const gtso_table_desc *desc, const gtso_point *point, float u[GTSO_AXIS_COUNT]);
 GTSO_API void gtso_table_point(const gtso_table_desc *desc, const float u[GTSO_AXIS_COUNT], gtso_point *point);
 /* Multilinear interpolation at a point. */
@@ -320,7 +349,7 @@ GTSO_API float gtso_lookup_at(const gtso_table_desc *desc, const float *data, fl
 
 /* ---- environment BRDF ------------------------------------------------------------------------------------------- */
 
-/* [Kar13] split sum: the integral of f n.l over the hemisphere is f0 env[0] + env[1]. By quadrature, within 1e-5. */
+/* [Kar13] split sum: the integral of f n.l over the hemisphere is f0 env[0] + env[1]. By quadrature, within 3e-5. */
 GTSO_API void gtso_env_brdf(float n_dot_v, float roughness, float env[2]);
 /* Rows [row_begin, row_end) of a table of size_view x size_roughness pairs (each 2..256): row j is roughness
  * j / (size_roughness - 1), column i is n.v = i / (size_view - 1). */
@@ -381,7 +410,7 @@ GTSO_API void gtso_bc4_decode_block(const uint8_t block[8], float texels[16]);
 #define GTSOI_MAX_COUNT 16777216 /* floats of a table: their indices are whole numbers in float */
 #define GTSOI_GAUSS 12           /* nodes of a panel */
 
-/* ---- elementary functions in double: correctly rounded operations only, so the same bits everywhere --------------- */
+/* ---- elementary functions in double: correctly rounded operations only, so the same bits everywhere ------------- */
 
 static double gtsoi_clamp(double x, double lo, double hi) { /* NaN: lo */
     return x > lo ? (x < hi ? x : hi) : lo;
@@ -642,8 +671,9 @@ GTSO_API float gtso_cone_visibility(gtso_caps caps, float aperture_rad, float lo
 
 /* ---- integrals over a lobe --------------------------------------------------------------------------------------- */
 
-/* Directions l are mirror images of v about half vectors h(theta, phi), polar coordinates about the z axis of a frame in
- * which v lies in the xz plane. For each phi, with t = tan(theta), e = (cos phi, sin phi, 0), m = (-sin phi, cos phi, 0)
+/* Directions l are mirror images of v about half vectors h(theta, phi), polar coordinates about the z axis of a frame
+ * in which v lies in the xz plane. For each phi, with t = tan(theta), e = (cos phi, sin phi, 0) and m = e turned by 90
+ * degrees,
  *
  *     l.b >= c   <=>   (A - K) + 2 B t - (A + K) t^2 >= 0,
  *     A = v_z b_z - v_e b_e,  B = v_e b_z + v_z b_e,  K = c + v_m b_m,
@@ -864,7 +894,7 @@ static void gtsoi_integrate(const gtsoi_integrand *g, const gtsoi_rule *rule, co
             count = gtsoi_add_break(list, count, middle - half + GTAOI_PI, end);
             count = gtsoi_add_break(list, count, middle + half + GTAOI_PI, end);
         }
-        /* tangent, at R, to the circle around b through R: beside it the ends turn fast where R is near the cone's edge */
+        /* tangent, at R, to the circle around b through R: beside it ends turn fast where R is near the cone's edge */
         along = vx * b[2] + g->v[2] * b[0], across = g->v[2] * b[1];
         s1 = gtsoi_atan2(along, -across);
         count = gtsoi_add_break(list, count, s1, end);

@@ -190,7 +190,7 @@ static void white_dome(void **state) {
     for (int i = 0; i < COUNT; i++) {
         const double view = between(&seed, 0.0, 1.5), c = sqrt(between(&seed, 0.0, 1.0));
         const double phi = between(&seed, 0.0, 2.0 * REF_PI), s = sqrt(1.0 - c * c);
-        const float av = (float)between(&seed, 0.0, 1.57), r = (float)between(&seed, 0.2, 1.0);
+        const float av = (float)between(&seed, 0.0, 1.57), r = (float)between(&seed, 0.05, 1.0);
         const float f0 = i % 2 ? 0.04f : 0.9f;
         const float n[3] = {0.0f, 0.0f, 1.0f}, v[3] = {(float)sin(view), 0.0f, (float)cos(view)};
         const float bent[3] = {(float)(s * cos(phi)), (float)(s * sin(phi)), (float)c};
