@@ -880,6 +880,10 @@ static void print_cones(int count, pool *threads) {
             snprintf(name, sizeof name, "cone/lobe, %s, %s", lobes[lobe], frames[frame]);
             print_errors(name, cases, values, count);
         }
+    for (int i = 0; i < count; ++i)
+        values[i] = gtso_brdf_visibility(cases[i].n, cases[i].v, cases[i].b, cases[i].aperture, cases[i].roughness,
+                                         (float)reflectance, NULL, NULL);
+    print_errors("full BRDF, integral, f0 = 0.9 in place of 0.04", cases, values, count);
     print_tables(cases, count, threads, values);
     printf("\n%d cones.\n\n", count);
     free(values);
