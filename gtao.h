@@ -2667,9 +2667,9 @@ typedef uint32_t GI; /* masks of sectors */
 #define GI_IF(m, a) ((m) ? (a) : 0u)
 #define GI_SELECT(m, a, b) ((m) ? (a) : (b))
 #define GI_IS_ZERO(a) ((a) == 0u)
-#define GI_FROM(f) gtaoi_bits_from((int)(f))                                     /* all bits from the f-th, 0..32 */
+#define GI_FROM(f) GTAOI_NAME(gtaoi_bits_from)((int)(f))                                     /* all bits from the f-th, 0..32 */
 #define GI_INDEX(a) ((float)(int)(gtaoi_bits((float)(a)) >> 23 & 255u) - 127.0f) /* of the only bit */
-GTAOI_INLINE uint32_t gtaoi_bits_from(int i) {
+GTAOI_INLINE uint32_t GTAOI_NAME(gtaoi_bits_from)(int i) {
     return i < 32 ? ~UINT32_C(0) << i : 0u;
 }
 
@@ -2707,13 +2707,13 @@ typedef __m128i GI;
 #define GI_IF(m, a) _mm_and_si128(_mm_castps_si128(m), a)
 #define GI_SELECT(m, a, b) _mm_or_si128(_mm_and_si128(_mm_castps_si128(m), a), _mm_andnot_si128(_mm_castps_si128(m), b))
 #define GI_IS_ZERO(a) _mm_castsi128_ps(_mm_cmpeq_epi32(a, _mm_setzero_si128()))
-#define GI_FROM(f) gtaoi_sse2_from(f)
+#define GI_FROM(f) GTAOI_NAME(gtaoi_sse2_from)(f)
 #define GI_INDEX(a)                                                                                                    \
     _mm_sub_ps(                                                                                                        \
         _mm_cvtepi32_ps(_mm_and_si128(_mm_srli_epi32(_mm_castps_si128(_mm_cvtepi32_ps(a)), 23), _mm_set1_epi32(255))), \
         _mm_set1_ps(127.0f))
 /* -2^i, by the exponent of a float: there is no shift by lanes. */
-GTAOI_INLINE GTAOI_ATTRIBUTE __m128i gtaoi_sse2_from(__m128 f) {
+GTAOI_INLINE GTAOI_ATTRIBUTE __m128i GTAOI_NAME(gtaoi_sse2_from)(__m128 f) {
     __m128i power = _mm_slli_epi32(_mm_add_epi32(_mm_cvttps_epi32(f), _mm_set1_epi32(127 + 256)), 23);
     return _mm_and_si128(_mm_cvttps_epi32(_mm_castsi128_ps(power)),
                          _mm_castps_si128(_mm_cmplt_ps(f, _mm_set1_ps(32.0f))));
@@ -2741,7 +2741,7 @@ typedef uint32x4_t GM;
 #define GM_AND(a, b) vandq_u32(a, b)
 #define GM_OR(a, b) vorrq_u32(a, b)
 #define GM_ANDNOT(a, b) vbicq_u32(a, b)
-#define GM_BITS(m) gtaoi_neon_bits(m)
+#define GM_BITS(m) GTAOI_NAME(gtaoi_neon_bits)(m)
 #define GM_ANY(m) (vmaxvq_u32(m) != 0)
 #define GV_CLASS(a) vreinterpretq_f32_u32(vandq_u32(vreinterpretq_u32_f32(a), vdupq_n_u32(GTAOI_CLASS_MASK)))
 typedef uint32x4_t GI;
@@ -2757,7 +2757,7 @@ typedef uint32x4_t GI;
 #define GI_INDEX(a)                                                                                                    \
     vsubq_f32(vcvtq_f32_u32(vandq_u32(vshrq_n_u32(vreinterpretq_u32_f32(vcvtq_f32_u32(a)), 23), vdupq_n_u32(255))),    \
               vdupq_n_f32(127.0f))
-GTAOI_INLINE unsigned gtaoi_neon_bits(uint32x4_t m) {
+GTAOI_INLINE unsigned GTAOI_NAME(gtaoi_neon_bits)(uint32x4_t m) {
     static const uint32_t weight[4] = {1, 2, 4, 8};
     return vaddvq_u32(vandq_u32(m, vld1q_u32(weight)));
 }
@@ -2975,6 +2975,10 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_floor)(GV a) {
     GV r = GTAOI_NAME(gtaoi_nearest)(a);
     return GV_SUB(r, GV_IF(GV_LT(a, r), GV_SET(1.0f)));
 }
+
+#ifdef GTAOI_KERNELS /* the operations above serve another header's kernels: gtso.h */
+#include GTAOI_KERNELS
+#else
 
 /* ---- prepare: depth to height ----------------------------------------------------------------------------------- */
 
@@ -5391,6 +5395,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
                 gtaoi_store(c, x0 * s, full_y, count, planar[0], bent, 0);
             }
 }
+#endif /* GTAOI_KERNELS */
 
 #undef GTAOI_FN
 #undef GTAOI_FI

@@ -291,15 +291,4 @@ awk -F, '$2 == "cost" { if ($4 == "ns") { v += $5; b += $6; n++ } else sh += $5 
 for f in build/bench/bench_*.svg; do cp "$f" docs/figures/; done
 cp build/bench/crops.png docs/figures/bench_crops.png
 cp build/bench/directional.png docs/figures/bench_directional.png
-for page in README.md docs/benchmark.md docs/accuracy.md docs/directional.md; do
-    awk -v dir=$out '
-        /^<!-- begin: / {
-            print; file = dir "/" $3 ".md"
-            if ((getline line < file) < 0) { print "publish.sh: no table " $3 > "/dev/stderr"; exit 1 }
-            do print line; while ((getline line < file) > 0)
-            close(file); skip = 1; next
-        }
-        /^<!-- end: / { skip = 0 }
-        !skip' $page > $page.new
-    mv $page.new $page
-done
+exec tests/bench/insert.sh $out README.md docs/benchmark.md docs/accuracy.md docs/directional.md

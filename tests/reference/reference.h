@@ -156,4 +156,21 @@ void memo_noise(unsigned frame, float direction[16], float offset[16]);
 void memo_gtao(int width, int height, const float *z, const float *normals, float focal_px, float cx, float cy,
                const memo_settings *settings, const float direction[16], const float offset[16], float *visibility);
 
+/* ---- specular.c: specular visibility by its definitions ------------------------------------------------------------ */
+
+/* Solid angle common to two caps of half angles a and b whose axes are d apart: quadrature over the circles of one. */
+long double ref_cap_intersection(long double a, long double b, long double d);
+
+typedef struct ref_lobe {
+    enum { REF_GGX, REF_BECKMANN, REF_BLINN, REF_PHONG, REF_BRDF } kind;
+    double alpha;
+    double f0;         /* REF_BRDF */
+    double n[3], v[3]; /* unit */
+} ref_lobe;
+
+/* D(h) n.l or (R.l)^p n.l, not normalised for Phong; REF_BRDF: GGX, height-correlated Smith, Schlick, times n.l. */
+double ref_lobe_value(const ref_lobe *lobe, const double l[3]);
+/* Its integral over the cone of unit axis b and half angle a (a = pi: all directions). */
+double ref_lobe_integral(const ref_lobe *lobe, const double b[3], double a);
+
 #endif
