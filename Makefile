@@ -68,7 +68,7 @@ all: $(programs)
 
 # Packages a part of the build needs; before any compiling, so that no header is missing.
 build/setup/%: tests/setup.sh
-	@tests/setup.sh $*
+	@tests/setup.sh $* $(if $(filter viewer,$*),|| echo 'build/viewer: without a window')
 	@mkdir -p $(@D) && touch $@
 
 # Files that change only when their text does: recompile on other flags, relink on another configuration.
@@ -108,7 +108,11 @@ $(1): $(call objects,$(2)) $(3) build/obj/config
 	$$(Q)$$(CC) $$(cflags) $(call objects,$(2)) $(3) -Wl,--as-needed $(4) $$(libs) -o $$@
 endef
 
-$(foreach f,$(examples),$(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/common.a,$(exr_libs))))
+# Without SDL2 the viewer is built without a window.
+$(call objects,examples/viewer.c): | build/setup/viewer
+sdl_libs = $(if $(wildcard /usr/include/SDL2/SDL.h),-lSDL2)
+$(foreach f,$(examples),$(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/common.a,\
+  $(exr_libs) $(if $(filter examples/viewer.c,$(f)),$$(sdl_libs)))))
 $(foreach f,$(suites),\
   $(eval $(call program,build/tests/$(basename $(notdir $(f))),$(f),$(obj)/reference.a $(obj)/common.a,$(exr_libs) -lcmocka)))
 $(foreach f,$(benches),\

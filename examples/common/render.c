@@ -1,0 +1,345 @@
+/* render.c - see render.h */
+#include "render.h"
+
+#include "canvas.h"
+#include "cli.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *const render_show_names[RENDER_SHOWS + 1] = {"shaded",  "visibility", "bent",   "depth",
+                                                         "normals", "albedo",     "motion", NULL};
+
+/* ---- the dome ----------------------------------------------------------------------------------------------------- */
+
+static float clamp01(float v) {
+    return v > 0.0f ? v < 1.0f ? v : 1.0f : 0.0f;
+}
+
+static float mix(float a, float b, float t) {
+    return a + (b - a) * t;
+}
+
+/* Radiance from a unit direction, y up: a blue zenith, a pale horizon, a broad warm glow where the sun is behind haze,
+ * and sunlit ground below. */
+static void dome_radiance(const float d[3], float rgb[3]) {
+    static const float zenith[3] = {0.30f, 0.50f, 0.95f}, horizon[3] = {0.95f, 1.00f, 1.05f},
+                       ground[3] = {0.30f, 0.25f, 0.19f}, glow[3] = {4.6f, 3.4f, 2.0f}, sun[3] = {-0.55f, 0.62f, 0.56f};
+    float up = d[1], at_sun = clamp01(d[0] * sun[0] + d[1] * sun[1] + d[2] * sun[2]);
+    float lobe = at_sun * at_sun;
+    lobe *= lobe * lobe * at_sun; /* cos^7 */
+    for (int k = 0; k < 3; ++k) {
+        float sky = mix(horizon[k], zenith[k], sqrtf(clamp01(up)));
+        rgb[k] = mix(ground[k], sky + glow[k] * lobe, clamp01(0.5f + 8.0f * up));
+    }
+}
+
+/* Irradiance over pi as a quadratic form of the normal: the dome in nine spherical harmonics, convolved with the cosine
+ * (Ramamoorthi and Hanrahan 2001). The basis' constants and the cosine's 1, 2/3, 1/4 are folded into the coefficients. */
+static void probe_basis(const float d[3], float b[9]) {
+    float x = d[0], y = d[1], z = d[2];
+    b[0] = 1.0f;
+    b[1] = y, b[2] = z, b[3] = x;
+    b[4] = x * y, b[5] = y * z, b[6] = 3.0f * z * z - 1.0f, b[7] = x * z, b[8] = x * x - y * y;
+}
+
+static void probe_of_dome(float coefficients[9][3]) {
+    enum { ROWS = 64, COLUMNS = 128 };
+    /* Squared norms of the basis functions above: 4 pi, 4 pi / 3, 4 pi / 15 ... */
+    static const double norm[9] = {1.0, 1 / 3.0, 1 / 3.0, 1 / 3.0, 1 / 15.0, 1 / 15.0, 4 / 5.0, 1 / 15.0, 4 / 15.0};
+    double sum[9][3] = {{0}};
+    for (int j = 0; j < ROWS; ++j)
+        for (int i = 0; i < COLUMNS; ++i) {
+            double up = 1 - 2 * (j + 0.5) / ROWS, a = 2 * V3_PI * (i + 0.5) / COLUMNS, s = sqrt(1 - up * up);
+            float d[3] = {(float)(s * cos(a)), (float)up, (float)(s * sin(a))}, rgb[3], b[9];
+            dome_radiance(d, rgb);
+            probe_basis(d, b);
+            for (int c = 0; c < 9; ++c)
+                for (int k = 0; k < 3; ++k)
+                    sum[c][k] += (double)rgb[k] * (double)b[c] / (ROWS * COLUMNS);
+        }
+    for (int c = 0; c < 9; ++c)
+        for (int k = 0; k < 3; ++k)
+            coefficients[c][k] = (float)(sum[c][k] / norm[c] * (c == 0 ? 1 : c < 4 ? 2 / 3.0 : 1 / 4.0));
+}
+
+static void probe_at(const float coefficients[9][3], const float d[3], float rgb[3]) {
+    float b[9];
+    probe_basis(d, b);
+    for (int k = 0; k < 3; ++k) {
+        float e = 0.0f;
+        for (int c = 0; c < 9; ++c)
+            e += coefficients[c][k] * b[c];
+        rgb[k] = e > 0.0f ? e : 0.0f;
+    }
+}
+
+/* Bright colours bend towards white instead of being cut off. */
+static void tone_table(unsigned char encode[4096]) {
+    for (int i = 0; i < 4096; ++i) {
+        float v = ((float)i + 0.5f) / 1024.0f, t = v * (1.0f + v / 6.0f) / (1.0f + v);
+        color c = {t, t, t};
+        encode[i] = (unsigned char)(color_encode(c).r * 255.0f + 0.5f);
+    }
+}
+
+/* ---- frames ------------------------------------------------------------------------------------------------------- */
+
+int render_create(renderer *r, const mesh *m, int width, int height) {
+    memset(r, 0, sizeof *r);
+    size_t pixels = (size_t)width * (size_t)height;
+    r->width = width;
+    r->height = height;
+    r->raster = raster_create(m, width, height);
+    r->buffers.depth = malloc(pixels * sizeof(float));
+    r->buffers.normals = malloc(pixels * 3 * sizeof(float));
+    r->buffers.albedo = malloc(pixels * 3 * sizeof(float));
+    r->buffers.motion = malloc(pixels * 3 * sizeof(float));
+    r->visibility = malloc(pixels * sizeof(float));
+    r->bent = malloc(pixels * 3 * sizeof(float));
+    r->picture = malloc(pixels * sizeof *r->picture);
+    probe_of_dome(r->probe);
+    tone_table(r->encode);
+    if (r->raster && r->buffers.depth && r->buffers.normals && r->buffers.albedo && r->buffers.motion &&
+        r->visibility && r->bent && r->picture)
+        return 1;
+    render_free(r);
+    return 0;
+}
+
+void render_free(renderer *r) {
+    raster_free(r->raster);
+    free(r->buffers.depth);
+    free(r->buffers.normals);
+    free(r->buffers.albedo);
+    free(r->buffers.motion);
+    free(r->visibility);
+    free(r->bent);
+    free(r->picture);
+    free(r->state);
+    memset(r, 0, sizeof *r);
+}
+
+static void add_stage(renderer *r, const char *name, double since) {
+    if (r->stage_count < (int)(sizeof r->stages / sizeof *r->stages)) {
+        r->stages[r->stage_count].name = name;
+        r->stages[r->stage_count++].ms = 1e3 * (cli_seconds() - since);
+    }
+}
+
+double render_total_ms(const renderer *r) {
+    double sum = 0.0;
+    for (int i = 0; i < r->stage_count; ++i)
+        sum += r->stages[i].ms;
+    return sum;
+}
+
+double render_stage_ms(const renderer *r, const char *name) {
+    for (int i = 0; i < r->stage_count; ++i)
+        if (strcmp(r->stages[i].name, name) == 0)
+            return r->stages[i].ms;
+    return 0.0;
+}
+
+void render_describe(const renderer *r, const render_settings *settings, gtao_desc *desc) {
+    memset(desc, 0, sizeof *desc);
+    desc->width = r->width;
+    desc->height = r->height;
+    desc->depth = r->buffers.depth;
+    desc->normals = r->buffers.normals;
+    desc->camera.fx = (float)r->view.focal_px;
+    desc->camera.cx = (float)r->view.cx;
+    desc->camera.cy = (float)r->view.cy;
+    desc->camera.off_center = 1;
+    desc->radius = settings->radius;
+    desc->falloff = 0.25f;
+    desc->preset = GTAO_PRESET_LOW;
+    desc->frame = settings->frame;
+}
+
+/* ---- occlusion ---------------------------------------------------------------------------------------------------- */
+
+static void prepare_rows(void *user, int thread, int row_begin, int row_end) {
+    (void)thread;
+    gtao_prepare_rows(user, row_begin, row_end);
+}
+
+static void visibility_rows(void *user, int thread, int row_begin, int row_end) {
+    (void)thread;
+    gtao_visibility_rows(user, row_begin, row_end, NULL);
+}
+
+static int occlude(renderer *r, const render_settings *settings, pool *workers, const char **error) {
+    gtao_desc desc;
+    gtao_output output;
+    gtao_context *context;
+    render_describe(r, settings, &desc);
+    memset(&output, 0, sizeof output);
+    output.visibility = r->visibility;
+    output.bent_normals = r->bent;
+    size_t size = gtao_scratch_size(&desc);
+    if (size > r->state_size) {
+        free(r->state);
+        r->state = malloc(size);
+        r->state_size = r->state ? size : 0;
+    }
+    gtao_result result = gtao_begin(&desc, &output, r->state, r->state_size, &context);
+    if (result != GTAO_OK) {
+        *error = gtao_result_string(result);
+        return 0;
+    }
+    double t = cli_seconds();
+    pool_run(workers, r->height, 0, prepare_rows, NULL, context);
+    add_stage(r, "prepare", t);
+    t = cli_seconds();
+    pool_run(workers, r->height, 0, visibility_rows, NULL, context);
+    add_stage(r, "horizons", t);
+    return 1;
+}
+
+/* ---- pictures ----------------------------------------------------------------------------------------------------- */
+
+typedef struct paint {
+    renderer *r;
+    const render_settings *settings;
+    render_show show;
+    float view_to_world[9];
+} paint;
+
+static void paint_begin(paint *p) {
+    const double *m = p->r->view.world_to_view.m;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            p->view_to_world[3 * i + j] = (float)m[4 * j + i];
+}
+
+static void to_world(const paint *p, const float v[3], float w[3]) {
+    const float *m = p->view_to_world;
+    for (int i = 0; i < 3; ++i)
+        w[i] = m[3 * i] * v[0] + m[3 * i + 1] * v[1] + m[3 * i + 2] * v[2];
+}
+
+static uint32_t pack_linear(const paint *p, const float rgb[3]) {
+    uint32_t packed = 0;
+    for (int k = 0; k < 3; ++k) {
+        float v = rgb[k] * 1024.0f;
+        packed = packed << 8 | p->r->encode[v > 0.0f ? v < 4095.0f ? (int)v : 4095 : 0];
+    }
+    return packed;
+}
+
+static uint32_t pack_color(color c) {
+    uint32_t r = (uint32_t)(clamp01(c.r) * 255.0f + 0.5f), g = (uint32_t)(clamp01(c.g) * 255.0f + 0.5f),
+             b = (uint32_t)(clamp01(c.b) * 255.0f + 0.5f);
+    return r << 16 | g << 8 | b;
+}
+
+/* Albedo times the dome's light from along the bent normal, as far as it gets here. */
+static uint32_t shaded(const paint *p, int x, int y, size_t i) {
+    const renderer *r = p->r;
+    float world[3], light[3], rgb[3];
+    if (!isfinite(r->buffers.depth[i])) {
+        float ray[3] = {((float)x + 0.5f - (float)r->view.cx) / (float)r->view.focal_px,
+                        ((float)y + 0.5f - (float)r->view.cy) / (float)r->view.focal_px, 1.0f};
+        to_world(p, ray, world);
+        float scale = 1.0f / sqrtf(world[0] * world[0] + world[1] * world[1] + world[2] * world[2]);
+        for (int k = 0; k < 3; ++k)
+            world[k] *= scale;
+        dome_radiance(world, rgb);
+        return pack_linear(p, rgb);
+    }
+    const float *albedo = r->buffers.albedo + 3 * i;
+    float v = p->settings->no_occlusion ? 1.0f : r->visibility[i], open[3] = {v, v, v};
+    to_world(p, (p->settings->no_occlusion || p->settings->no_bent ? r->buffers.normals : r->bent) + 3 * i, world);
+    probe_at(r->probe, world, light);
+    if (!p->settings->no_bounce)
+        gtao_multi_bounce_rgb(v, albedo, open);
+    for (int k = 0; k < 3; ++k)
+        rgb[k] = albedo[k] * light[k] * open[k];
+    return pack_linear(p, rgb);
+}
+
+static uint32_t direction_color(const float n[3]) { /* the way normal maps look: y up, z to the eye */
+    color c = {0.5f + 0.5f * n[0], 0.5f - 0.5f * n[1], 0.5f - 0.5f * n[2]};
+    return pack_color(c);
+}
+
+/* Hue by direction, strength by speed on a logarithmic scale. */
+static uint32_t motion_color(const float motion[3]) {
+    color still = {0.12f, 0.12f, 0.13f}, c;
+    float speed = sqrtf(motion[0] * motion[0] + motion[1] * motion[1]);
+    if (!isfinite(speed))
+        return 0xff00ff;
+    float scale = speed > 1e-4f ? 1.0f / speed : 0.0f, strength = clamp01(log2f(1.0f + 8.0f * speed) / 8.0f);
+    float a = motion[0] * scale, b = motion[1] * scale;
+    c.r = clamp01(0.5f + 0.5f * a);
+    c.g = clamp01(0.5f - 0.25f * a - 0.43f * b);
+    c.b = clamp01(0.5f - 0.25f * a + 0.43f * b);
+    return pack_color(color_mix(still, c, strength));
+}
+
+static void paint_rows(void *user, int thread, int row_begin, int row_end) {
+    const paint *p = user;
+    const renderer *r = p->r;
+    (void)thread;
+    for (int y = row_begin; y < row_end; ++y)
+        for (int x = 0; x < r->width; ++x) {
+            size_t i = (size_t)y * (size_t)r->width + (size_t)x;
+            const float *albedo = r->buffers.albedo + 3 * i;
+            float z = r->buffers.depth[i], v = r->visibility[i];
+            color c;
+            uint32_t packed = 0x1e2126; /* sky */
+            if (p->show == RENDER_SHADED)
+                packed = shaded(p, x, y, i);
+            else if (p->show == RENDER_MOTION)
+                packed = motion_color(r->buffers.motion + 3 * i);
+            else if (isfinite(z))
+                switch (p->show) {
+                case RENDER_VISIBILITY:
+                    c.r = c.g = c.b = p->settings->no_occlusion ? 1.0f : v;
+                    packed = pack_color(c);
+                    break;
+                case RENDER_DEPTH: /* equal ratios of distance, equal steps of tone */
+                    packed = pack_color(color_depth(0.5f + 0.2f * logf(z / (6.0f * p->settings->radius))));
+                    break;
+                case RENDER_ALBEDO:
+                    c.r = albedo[0], c.g = albedo[1], c.b = albedo[2];
+                    packed = pack_color(color_encode(c));
+                    break;
+                case RENDER_BENT:
+                    packed = direction_color((p->settings->no_occlusion ? r->buffers.normals : r->bent) + 3 * i);
+                    break;
+                default:
+                    packed = direction_color(r->buffers.normals + 3 * i);
+                    break;
+                }
+            r->picture[i] = packed;
+        }
+}
+
+int render_frame(renderer *r, const raster_view *view, const render_settings *settings, render_show show, pool *workers,
+                 const char **error) {
+    r->stage_count = 0;
+    r->view = *view;
+    double t = cli_seconds();
+    if (!raster_draw(r->raster, view, workers)) {
+        *error = "out of memory";
+        return 0;
+    }
+    add_stage(r, "draw", t);
+    t = cli_seconds();
+    raster_shade(r->raster, &r->buffers, workers);
+    add_stage(r, "attributes", t);
+    if (!settings->no_occlusion && !occlude(r, settings, workers, error))
+        return 0;
+    paint p;
+    t = cli_seconds();
+    p.r = r;
+    p.settings = settings;
+    p.show = show;
+    paint_begin(&p);
+    pool_run(workers, r->height, 0, paint_rows, NULL, &p);
+    add_stage(r, "light", t);
+    return 1;
+}
