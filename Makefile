@@ -108,6 +108,7 @@ $(1): $(call objects,$(2)) $(3) build/obj/config
 	$$(Q)$$(CC) $$(cflags) $(call objects,$(2)) $(3) -Wl,--as-needed $(4) $$(libs) -o $$@
 endef
 
+$(call objects,examples/common/raster3d.c examples/common/render.c): private cflags += $(if $(filter release,$(config)),-O3)
 # Without SDL2 the viewer is built without a window.
 $(call objects,examples/viewer.c): | build/setup/viewer
 sdl_libs = $(if $(wildcard /usr/include/SDL2/SDL.h),-lSDL2)

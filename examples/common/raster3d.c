@@ -260,15 +260,15 @@ static int inside(const edge *e, double value) {
 }
 
 /* Shrinks [*first, *last) of row y to the pixels inside. The value is monotonous in x, rounding included, so they are
- * one interval whose end is near the root. */
-static void clip_row(const edge *e, int y, int *first, int *last) {
+ * one interval whose end is near the root; near enough is inverse_dx = 1 / e->dx. */
+static void clip_row(const edge *e, double inverse_dx, int y, int *first, int *last) {
     int lo = *first, hi = *last;
     if (!(fabs(e->dx) > 0)) {
         if (!inside(e, edge_at(e, lo, y)))
             *last = lo;
         return;
     }
-    double root = -(e->dy * y + e->c) / e->dx;
+    double root = -(e->dy * y + e->c) * inverse_dx;
     int x = root > lo ? root < hi ? (int)root : hi : lo;
     int rising = e->dx > 0;
     while (x > lo && inside(e, edge_at(e, x - 1, y)) == rising)
@@ -295,13 +295,14 @@ static void draw_triangle(raster *r, uint32_t t, int row_begin, int row_end) {
     int reaches_eye = 0;
     for (int k = 0; k < 3; ++k)
         reaches_eye |= r->now[index[k]].z < v->near_z;
+    double inverse_dx[3] = {1 / e[0].dx, 1 / e[1].dx, 1 / e[2].dx};
     int y0 = box.y0 > row_begin ? box.y0 : row_begin, y1 = box.y1 < row_end ? box.y1 : row_end;
     for (int y = y0; y < y1; ++y) {
         int first = box.x0, last = box.x1;
         for (int k = 0; k < 3 && first < last; ++k)
-            clip_row(e + k, y, &first, &last);
+            clip_row(e + k, inverse_dx[k], y, &first, &last);
         if (reaches_eye && first < last)
-            clip_row(&clip, y, &first, &last);
+            clip_row(&clip, 1 / clip.dx, y, &first, &last);
         double *nearness = r->nearness + (size_t)y * (size_t)v->width;
         uint32_t *triangle = r->triangle + (size_t)y * (size_t)v->width;
         for (int x = first; x < last; ++x) {

@@ -24,8 +24,8 @@ static float mix(float a, float b, float t) {
 /* Radiance from a unit direction, y up: a blue zenith, a pale horizon, a broad warm glow where the sun is behind haze,
  * and sunlit ground below. */
 static void dome_radiance(const float d[3], float rgb[3]) {
-    static const float zenith[3] = {0.30f, 0.50f, 0.95f}, horizon[3] = {0.95f, 1.00f, 1.05f},
-                       ground[3] = {0.30f, 0.25f, 0.19f}, glow[3] = {4.6f, 3.4f, 2.0f}, sun[3] = {-0.55f, 0.62f, 0.56f};
+    static const float zenith[3] = {0.20f, 0.38f, 0.78f}, horizon[3] = {0.80f, 0.86f, 0.92f},
+                       ground[3] = {0.34f, 0.26f, 0.18f}, glow[3] = {5.2f, 3.9f, 2.4f}, sun[3] = {-0.60f, 0.60f, 0.53f};
     float up = d[1], at_sun = clamp01(d[0] * sun[0] + d[1] * sun[1] + d[2] * sun[2]);
     float lobe = at_sun * at_sun;
     lobe *= lobe * lobe * at_sun; /* cos^7 */
@@ -35,19 +35,20 @@ static void dome_radiance(const float d[3], float rgb[3]) {
     }
 }
 
-/* Irradiance over pi as a quadratic form of the normal: the dome in nine spherical harmonics, convolved with the cosine
- * (Ramamoorthi and Hanrahan 2001). The basis' constants and the cosine's 1, 2/3, 1/4 are folded into the coefficients. */
 static void probe_basis(const float d[3], float b[9]) {
     float x = d[0], y = d[1], z = d[2];
     b[0] = 1.0f;
-    b[1] = y, b[2] = z, b[3] = x;
-    b[4] = x * y, b[5] = y * z, b[6] = 3.0f * z * z - 1.0f, b[7] = x * z, b[8] = x * x - y * y;
+    b[1] = x, b[2] = y, b[3] = z;
+    b[4] = x * y, b[5] = y * z, b[6] = x * z, b[7] = x * x - y * y, b[8] = 3.0f * z * z - 1.0f;
 }
 
-static void probe_of_dome(float coefficients[9][3]) {
+/* Irradiance over pi from the direction n is (n, 1)^T M (n, 1) for each colour: the dome in nine spherical harmonics,
+ * convolved with the cosine (Ramamoorthi and Hanrahan 2001, An efficient representation for irradiance environment
+ * maps). */
+static void probe_of_dome(float matrix[3][4][4]) {
     enum { ROWS = 64, COLUMNS = 128 };
-    /* Squared norms of the basis functions above: 4 pi, 4 pi / 3, 4 pi / 15 ... */
-    static const double norm[9] = {1.0, 1 / 3.0, 1 / 3.0, 1 / 3.0, 1 / 15.0, 1 / 15.0, 4 / 5.0, 1 / 15.0, 4 / 15.0};
+    static const double mean_square[9] = {1.0,      1 / 3.0,  1 / 3.0,  1 / 3.0, 1 / 15.0,
+                                          1 / 15.0, 1 / 15.0, 4 / 15.0, 4 / 5.0};
     double sum[9][3] = {{0}};
     for (int j = 0; j < ROWS; ++j)
         for (int i = 0; i < COLUMNS; ++i) {
@@ -59,26 +60,21 @@ static void probe_of_dome(float coefficients[9][3]) {
                 for (int k = 0; k < 3; ++k)
                     sum[c][k] += (double)rgb[k] * (double)b[c] / (ROWS * COLUMNS);
         }
-    for (int c = 0; c < 9; ++c)
-        for (int k = 0; k < 3; ++k)
-            coefficients[c][k] = (float)(sum[c][k] / norm[c] * (c == 0 ? 1 : c < 4 ? 2 / 3.0 : 1 / 4.0));
-}
-
-static void probe_at(const float coefficients[9][3], const float d[3], float rgb[3]) {
-    float b[9];
-    probe_basis(d, b);
     for (int k = 0; k < 3; ++k) {
-        float e = 0.0f;
-        for (int c = 0; c < 9; ++c)
-            e += coefficients[c][k] * b[c];
-        rgb[k] = e > 0.0f ? e : 0.0f;
+        float c[9], (*m)[4] = matrix[k];
+        for (int i = 0; i < 9; ++i)
+            c[i] = (float)(sum[i][k] / mean_square[i] * (i == 0 ? 1 : i < 4 ? 2 / 3.0 : 1 / 4.0));
+        m[0][0] = c[7], m[1][1] = -c[7], m[2][2] = 3.0f * c[8], m[3][3] = c[0] - c[8];
+        m[0][1] = m[1][0] = 0.5f * c[4], m[1][2] = m[2][1] = 0.5f * c[5], m[0][2] = m[2][0] = 0.5f * c[6];
+        for (int i = 0; i < 3; ++i)
+            m[i][3] = m[3][i] = 0.5f * c[1 + i];
     }
 }
 
-/* Bright colours bend towards white instead of being cut off. */
+/* A filmic curve (Narkowicz 2015, ACES filmic tone mapping curve), then sRGB. */
 static void tone_table(unsigned char encode[4096]) {
     for (int i = 0; i < 4096; ++i) {
-        float v = ((float)i + 0.5f) / 1024.0f, t = v * (1.0f + v / 6.0f) / (1.0f + v);
+        float v = 0.62f * ((float)i + 0.5f) / 1024.0f, t = v * (2.51f * v + 0.03f) / (v * (2.43f * v + 0.59f) + 0.14f);
         color c = {t, t, t};
         encode[i] = (unsigned char)(color_encode(c).r * 255.0f + 0.5f);
     }
@@ -205,6 +201,7 @@ typedef struct paint {
     const render_settings *settings;
     render_show show;
     float view_to_world[9];
+    float light[10][4]; /* coefficients of xx, xy, xz, x, yy, yz, y, zz, z, 1 of a view space direction, by colour */
 } paint;
 
 static void paint_begin(paint *p) {
@@ -212,6 +209,31 @@ static void paint_begin(paint *p) {
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j)
             p->view_to_world[3 * i + j] = (float)m[4 * j + i];
+    /* The probe's matrices turned to view space: R M R^T. */
+    memset(p->light, 0, sizeof p->light);
+    for (int k = 0; k < 3; ++k) {
+        float turned[4][4] = {{0}}, r[4][4] = {{0}};
+        r[3][3] = 1.0f;
+        for (int i = 0; i < 9; ++i)
+            r[i / 3][i % 3] = (float)m[4 * (i / 3) + i % 3];
+        for (int i = 0; i < 256; ++i) {
+            int a = i >> 6, b = i >> 4 & 3, c = i >> 2 & 3, d = i & 3;
+            turned[a][b] += r[a][c] * p->r->probe[k][c][d] * r[b][d];
+        }
+        for (int i = 0, n = 0; i < 4; ++i)
+            for (int j = i; j < 4; ++j, ++n)
+                p->light[n][k] = turned[i][j] * (i == j ? 1.0f : 2.0f);
+    }
+}
+
+static void light_at(const paint *p, const float n[3], float rgb[4]) {
+    float x = n[0], y = n[1], z = n[2];
+    const float f[10] = {x * x, x * y, x * z, x, y * y, y * z, y, z * z, z, 1.0f};
+    for (int k = 0; k < 4; ++k) /* four, for vectors */
+        rgb[k] = 0.0f;
+    for (int i = 0; i < 10; ++i)
+        for (int k = 0; k < 4; ++k)
+            rgb[k] += p->light[i][k] * f[i];
 }
 
 static void to_world(const paint *p, const float v[3], float w[3]) {
@@ -238,7 +260,7 @@ static uint32_t pack_color(color c) {
 /* Albedo times the dome's light from along the bent normal, as far as it gets here. */
 static uint32_t shaded(const paint *p, int x, int y, size_t i) {
     const renderer *r = p->r;
-    float world[3], light[3], rgb[3];
+    float world[3], light[4], rgb[3];
     if (!isfinite(r->buffers.depth[i])) {
         float ray[3] = {((float)x + 0.5f - (float)r->view.cx) / (float)r->view.focal_px,
                         ((float)y + 0.5f - (float)r->view.cy) / (float)r->view.focal_px, 1.0f};
@@ -251,8 +273,7 @@ static uint32_t shaded(const paint *p, int x, int y, size_t i) {
     }
     const float *albedo = r->buffers.albedo + 3 * i;
     float v = p->settings->no_occlusion ? 1.0f : r->visibility[i], open[3] = {v, v, v};
-    to_world(p, (p->settings->no_occlusion || p->settings->no_bent ? r->buffers.normals : r->bent) + 3 * i, world);
-    probe_at(r->probe, world, light);
+    light_at(p, (p->settings->no_occlusion || p->settings->no_bent ? r->buffers.normals : r->bent) + 3 * i, light);
     if (!p->settings->no_bounce)
         gtao_multi_bounce_rgb(v, albedo, open);
     for (int k = 0; k < 3; ++k)
@@ -301,7 +322,7 @@ static void paint_rows(void *user, int thread, int row_begin, int row_end) {
                     packed = pack_color(c);
                     break;
                 case RENDER_DEPTH: /* equal ratios of distance, equal steps of tone */
-                    packed = pack_color(color_depth(0.5f + 0.2f * logf(z / (6.0f * p->settings->radius))));
+                    packed = pack_color(color_depth(0.5f + 0.4f * logf(z / (6.0f * p->settings->radius))));
                     break;
                 case RENDER_ALBEDO:
                     c.r = albedo[0], c.g = albedo[1], c.b = albedo[2];

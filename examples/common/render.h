@@ -43,7 +43,7 @@ typedef struct renderer {
     uint32_t *picture; /* 0x00rrggbb, sRGB */
     void *state;       /* gtao.h's memory of the frames before */
     size_t state_size;
-    float probe[9][3];          /* the dome's light */
+    float probe[3][4][4];       /* the dome's light */
     unsigned char encode[4096]; /* linear [0, 4) to the screen */
 
     render_stage stages[16]; /* what the last frame spent its time on */
