@@ -41,6 +41,7 @@ for part in "$@"; do
         ;;
     viewer) need libsdl2-dev header SDL2/SDL.h ;;
     test)
+        need xvfb tool Xvfb
         need libcmocka-dev test -e /usr/include/cmocka.h
         need clang tool clang
         need gcc-i686-linux-gnu tool i686-linux-gnu-gcc
