@@ -311,7 +311,7 @@ static int benchmark(app *a) {
                 times[16][i] = render_total_ms(&a->renderer);
         }
         totals[without] = cli_median(times[16], frames);
-        for (int s = 0; !without && s < a->renderer.stage_count; ++s)
+        for (int s = 0; s < a->renderer.stage_count; ++s)
             printf("  %-12s %7.2f ms\n", names[s], cli_median(times[s], frames));
     }
     printf("with occlusion    %7.2f ms %6.1f frames a second\nwithout occlusion %7.2f ms %6.1f frames a second\n",

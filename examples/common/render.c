@@ -272,12 +272,10 @@ static uint32_t shaded(const paint *p, int x, int y, size_t i) {
         return pack_linear(p, rgb);
     }
     const float *albedo = r->buffers.albedo + 3 * i;
-    float v = p->settings->no_occlusion ? 1.0f : r->visibility[i], open[3] = {v, v, v};
+    float v = p->settings->no_occlusion ? 1.0f : r->visibility[i];
     light_at(p, (p->settings->no_occlusion || p->settings->no_bent ? r->buffers.normals : r->bent) + 3 * i, light);
-    if (!p->settings->no_bounce)
-        gtao_multi_bounce_rgb(v, albedo, open);
     for (int k = 0; k < 3; ++k)
-        rgb[k] = albedo[k] * light[k] * open[k];
+        rgb[k] = albedo[k] * light[k] * (p->settings->no_bounce ? v : gtao_multi_bounce_series(v, albedo[k]));
     return pack_linear(p, rgb);
 }
 
