@@ -161,7 +161,18 @@ extern "C" {
     X(GTAO_ERROR_OUTPUT_STRIDE,                                                                                        \
       "visibility_stride, bent_stride, bent_components, packed_stride: rows overlap or are misaligned")                \
     X(GTAO_ERROR_SCRATCH, "scratch, context: null, or smaller than gtao_scratch_size()")                               \
-    X(GTAO_ERROR_MATRIX, "projection matrix: neither perspective nor orthographic")
+    X(GTAO_ERROR_MATRIX, "projection matrix: neither perspective nor orthographic")                                    \
+    X(GTAO_ERROR_SIGNAL, "signal_planes: must be 0 (2), 2 or 5, planes and rows multiples of 4 bytes apart")           \
+    X(GTAO_ERROR_FRAME, "frame: null pointer")                                                                         \
+    X(GTAO_ERROR_REDUCTION, "reduction: unknown")                                                                      \
+    X(GTAO_ERROR_SPATIAL, "spatial_passes: must be 0 (1) or 1..3")                                                     \
+    X(GTAO_ERROR_TOLERANCE, "depth_tolerance: must be zero (default) or finite and positive")                          \
+    X(GTAO_ERROR_HISTORY, "history: unknown")                                                                          \
+    X(GTAO_ERROR_MAX_HISTORY, "max_history: must be 0 (24) or 1..255")                                                 \
+    X(GTAO_ERROR_CLAMP_WINDOW, "clamp_window: must be zero (default) or finite and positive")                          \
+    X(GTAO_ERROR_VIEW_TO_PREVIOUS, "view_to_previous: must be finite")                                                 \
+    X(GTAO_ERROR_MOTION, "motion_stride, motion_components: 0 (2), 2 or 3 floats, rows apart by multiples of 4 bytes") \
+    X(GTAO_ERROR_STATE, "state, context: null, or smaller than gtao_frame_state_size()")
 
 typedef enum gtao_result {
 #define GTAOI_X(name, text) name,
@@ -290,6 +301,14 @@ typedef struct gtao_output {
 
     uint32_t *packed; /* gtao_pack(visibility, bent normal) */
     ptrdiff_t packed_stride;
+
+    float *signal; /* what a filter across pixels needs, as planes: visibility; weight of the pixel's slices, which is 1
+                    * on average over directions (a mean of visibilities so weighted is the estimator's over all their
+                    * slices); bent normal x, y, z before normalisation: the integral of V <n, w> w over pi, whose
+                    * length is 2/3 in the open (uniform weighting: of V w over 2 pi, 1/2) */
+    ptrdiff_t signal_stride;       /* bytes from row to row; 0: tightly packed */
+    ptrdiff_t signal_plane_stride; /* bytes from plane to plane; 0: height times signal_stride */
+    int signal_planes;             /* 2, or 5 with the bent normal; 0: 2 */
 } gtao_output;
 
 /* Counts, added to what is already there; a thread passes its own and sums them afterwards. */
@@ -335,6 +354,81 @@ GTAO_API int gtao_context_steps(const gtao_context *context); /* 0: every pixel 
 GTAO_API gtao_isa gtao_context_isa(const gtao_context *context);
 GTAO_API const char *gtao_isa_name(gtao_isa isa); /* "scalar", "sse2", ... */
 GTAO_API int gtao_isa_available(gtao_isa isa);    /* compiled in and supported here */
+
+/* ---- frames: half resolution, denoising in space and time, upsampling ------------------------------------------- */
+
+/* [J16] one slice a pixel, 16 directions over the pixels of a 4x4 window, 6 rotations and 4 offsets over 24 frames:
+ *   depth, normals -> reduce -> prepare -> horizons -> spatial filter -> temporal filter -> upsample -> output
+ * Everything that outlives a frame is in one block of the caller's memory, the state. */
+
+typedef enum gtao_reduction { /* of a block of 2x2 pixels to one at half resolution */
+                              GTAO_REDUCE_NEAREST = 0,
+                              GTAO_REDUCE_FARTHEST = 1,
+                              GTAO_REDUCE_CHECKERBOARD = 2 /* both in turn, moved to the block's centre on slopes */
+} gtao_reduction;
+
+typedef enum gtao_history {
+    GTAO_HISTORY_CLAMP = 0,    /* [J16] held within the low-passed neighbourhood of the new frame */
+    GTAO_HISTORY_VARIANCE = 1, /* shortened where the new frame lies outside its variance: for comparison */
+    GTAO_HISTORY_FREE = 2      /* neither: only disocclusion ends it */
+} gtao_history;
+
+typedef struct gtao_frame_desc {
+    gtao_desc desc; /* of the frame at full resolution. Its `frame` is added to the state's count of frames */
+
+    int half;                 /* nonzero: everything between reduce and upsample at half resolution */
+    gtao_reduction reduction; /* with half */
+
+    int no_spatial;        /* nonzero: no spatial filter */
+    int spatial_passes;    /* 1..3; 0: 1. The first covers 4x4 pixels, the others smooth what is left */
+    float depth_tolerance; /* relative difference of depth from the pixel's plane at which another's weight has fallen
+                            * to zero; orthographic: difference over the radius. 0: 0.1 [J16] */
+
+    int no_temporal; /* nonzero: no history */
+    gtao_history history;
+    int max_history;            /* frames at rest, 1..255; 0: 24, all phases of the noise */
+    float clamp_window;         /* [J16] the clamp's window is widened by this part of itself at rest; 0: 0.5 */
+    float view_to_previous[12]; /* 3x4 row-major: this frame's view space to the previous one's; all zero: at rest */
+    const float *motion;        /* null, or at full resolution, for each pixel, where its surface was in the previous
+                                * frame: x', y' minus x, y in pixels; replaces view_to_previous. Not finite: nowhere */
+    ptrdiff_t motion_stride;
+    int motion_components; /* floats a pixel: 0 (2), 2, or 3: the third is the previous view depth z' minus z */
+    int cut;               /* nonzero: forget the history */
+
+    int no_skip; /* nonzero: compute also what did not change; the results are the same */
+} gtao_frame_desc;
+
+/* Bytes of state for this description, or 0 if it is invalid. All frames of a sequence need the same size; when it or
+ * any other setting than camera, buffers and motion changes, the history starts anew. */
+GTAO_API size_t gtao_frame_state_size(const gtao_frame_desc *frame);
+
+/* One frame. `state` is zero (or anything, with `cut` set) before the first. `output` as in gtao_compute, without
+ * `signal`. `stats` may be null. */
+GTAO_API gtao_result gtao_frame(const gtao_frame_desc *frame, const gtao_output *output, void *state, size_t state_size,
+                                gtao_stats *stats);
+
+/* The same in stages: run units [begin, end) of a stage on any threads, all of a stage before any of the next.
+ *   for (s = 0; s < gtao_frame_stages(f); s++) gtao_frame_run(f, s, 0, gtao_frame_units(f, s), stats); */
+typedef struct gtao_frame_context gtao_frame_context; /* inside the state, valid until the next frame begins */
+GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_output *output, void *state,
+                                      size_t state_size, gtao_frame_context **context);
+GTAO_API int gtao_frame_stages(const gtao_frame_context *context);
+GTAO_API const char *gtao_frame_stage_name(const gtao_frame_context *context, int stage); /* "reduce", "horizons" ... */
+GTAO_API int gtao_frame_units(const gtao_frame_context *context, int stage);
+GTAO_API void gtao_frame_run(gtao_frame_context *context, int stage, int unit_begin, int unit_end, gtao_stats *stats);
+
+/* What lies between the stages, for those who show or compare it: planes at the resolution of the filters. Null where
+ * the frame has none. */
+typedef enum gtao_plane {
+    GTAO_PLANE_HEIGHT = 0,     /* radius / z, orthographic -z / sx; -2^100 where there is nothing */
+    GTAO_PLANE_RAW = 1,        /* visibility as integrated */
+    GTAO_PLANE_WEIGHT = 2,     /* its weight, see gtao_output.signal */
+    GTAO_PLANE_FILTERED = 3,   /* after the spatial filter */
+    GTAO_PLANE_VISIBILITY = 4, /* after the temporal filter */
+    GTAO_PLANE_LENGTH = 5      /* frames in the history */
+} gtao_plane;
+GTAO_API const float *gtao_frame_plane(const gtao_frame_context *context, gtao_plane plane, int *width, int *height,
+                                       ptrdiff_t *stride);
 
 /* ---- level 3: the formulas -------------------------------------------------------------------------------------- */
 
@@ -877,6 +971,8 @@ struct gtao_context {
     uint32_t class_base;          /* bits of the least extent, shifted */
     int cosines;                  /* the search takes every cosine: memo estimator, thickness heuristic */
     int bent;                     /* bent normals are wanted */
+    int signal;                   /* planes of the signal that are wanted */
+    float weight_scale;           /* sum of the slices' Jacobians to the signal's weight, on the optical axis */
     float extent_min, extent_max; /* of the sphere of the radius on the plane z = 1 (orthographic: in pixels) */
     float max_radius;             /* cap in pixels */
     float bx1, by1, cx, cy;       /* r = ((x + 0.5 - cx) bx1, (y + 0.5 - cy) by1, 1); orthographic: (0, 0, 1) */
@@ -1011,7 +1107,7 @@ static gtao_result gtaoi_check_desc(const gtao_desc *d) {
 static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) {
     static const int bytes[] = {4, 1, 2};
     int components;
-    if (!o || (!o->visibility && !o->bent_normals && !o->packed))
+    if (!o || (!o->visibility && !o->bent_normals && !o->packed && !o->signal))
         return GTAO_ERROR_OUTPUT;
     if ((unsigned)o->visibility_format > GTAO_FORMAT_UNORM16)
         return GTAO_ERROR_OUTPUT_FORMAT;
@@ -1022,6 +1118,9 @@ static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) 
         (o->bent_normals && !gtaoi_stride_ok(o->bent_stride, d->width * components * 4, 4)) ||
         (o->packed && !gtaoi_stride_ok(o->packed_stride, d->width * 4, 4)))
         return GTAO_ERROR_OUTPUT_STRIDE;
+    if (o->signal && ((o->signal_planes != 0 && o->signal_planes != 2 && o->signal_planes != 5) ||
+                      !gtaoi_stride_ok(o->signal_stride, d->width * 4, 4) || o->signal_plane_stride % 4 != 0))
+        return GTAO_ERROR_SIGNAL;
     return GTAO_OK;
 }
 
@@ -1306,27 +1405,13 @@ static void gtaoi_fill_sky(float *row, ptrdiff_t n) {
         *row++ = GTAOI_SKY;
 }
 
-GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output, void *scratch, size_t scratch_size,
-                                gtao_context **context) {
-    gtao_result result = gtaoi_check_desc(desc);
-    gtaoi_layout l;
-    gtao_context *c;
-    char *base;
+/* All of the context but its tables. */
+static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, const gtaoi_layout *plan, gtao_context *c) {
+    const gtaoi_layout l = *plan;
     const gtao_camera *cam;
     float unit;
     int i, identity;
-    if (result == GTAO_OK)
-        result = gtaoi_check_output(desc, output);
-    if (result != GTAO_OK)
-        return result;
-    gtaoi_plan(desc, &l);
-    if (!scratch || scratch_size < l.total || !context)
-        return GTAO_ERROR_SCRATCH;
-    base = (char *)scratch + ((64 - ((uintptr_t)scratch & 63)) & 63);
-    c = (gtao_context *)(void *)base;
     memset(c, 0, sizeof *c);
-    *context = c;
-
     c->d = *desc;
     c->o = *output;
     c->d.isa = gtaoi_resolve_isa(desc->isa);
@@ -1348,6 +1433,11 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
         c->o.bent_stride = (ptrdiff_t)desc->width * c->o.bent_components * 4;
     if (!c->o.packed_stride)
         c->o.packed_stride = (ptrdiff_t)desc->width * 4;
+    if (!c->o.signal_stride)
+        c->o.signal_stride = (ptrdiff_t)desc->width * 4;
+    if (!c->o.signal_plane_stride)
+        c->o.signal_plane_stride = c->o.signal_stride * desc->height;
+    c->signal = !output->signal ? 0 : output->signal_planes ? output->signal_planes : 2;
 
     c->every_pixel = l.every_pixel, c->slices = l.slices, c->max_steps = l.max_steps;
     c->per_pixel_noise = l.per_pixel_noise, c->period = l.period;
@@ -1355,13 +1445,6 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
     c->extent_min = l.extent_min, c->extent_max = l.extent_max;
     c->pitch = l.pitch, c->segment = l.segment;
     c->max_radius = (float)l.max_radius;
-    c->w = (float *)(void *)(base + l.w);
-    c->slice = (gtaoi_slice *)(void *)(base + l.slice);
-    c->sample = (gtaoi_sample *)(void *)(base + l.sample);
-    c->taps = (gtaoi_taps *)(void *)(base + l.taps);
-    c->count = (int *)(void *)(base + l.count);
-    c->noise = (float *)(void *)(base + l.noise);
-    c->step = c->noise + 2 * 64 * (64 + GTAOI_LANES);
 
     /* Lengths are measured in units of the radius, so that a common power of two in depth and radius changes no bit and
      * nothing overflows; orthographic ones in pixels; unbounded perspective ones as they are. */
@@ -1373,7 +1456,7 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
     c->reach = gtaoi_min(desc->radius / unit, 1e18f); /* its square is finite */
     c->inner2 = (1.0f - desc->falloff) * (1.0f - desc->falloff);
     c->cosines = desc->estimator == GTAO_ESTIMATOR_MEMO || desc->thin_blend > 0.0f;
-    c->bent = output->bent_normals || output->packed;
+    c->bent = output->bent_normals || output->packed || c->signal == 5;
     c->inv_falloff = desc->falloff > 0.0f ? 1.0f / desc->falloff : 0.0f;
     c->z_sky = desc->sky_z > 0.0f ? desc->sky_z : (float)HUGE_VAL;
     if (c->orthographic) {
@@ -1400,6 +1483,10 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
             c->w_far = gtaoi_max(c->w_far, c->orthographic ? -desc->sky_z / unit : unit / desc->sky_z);
     }
 
+    c->weight_scale = c->bx1 * c->by1 / (float)l.slices;
+    if (desc->weighting == GTAO_WEIGHTING_UNIFORM)
+        c->weight_scale *= 0.5f;
+
     for (i = 0, identity = 1; i < 9; i++)
         identity &= desc->normal_to_view[i] == 0.0f;
     for (i = 0; i < 9; i++) {
@@ -1407,7 +1494,32 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
         c->to_view[i] = axis * (identity ? (i % 4 == 0 ? 1.0f : 0.0f) : desc->normal_to_view[i]);
         c->transform_normals |= c->to_view[i] != (i % 4 == 0 ? 1.0f : 0.0f);
     }
+}
 
+GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output, void *scratch, size_t scratch_size,
+                                gtao_context **context) {
+    gtao_result result = gtaoi_check_desc(desc);
+    gtaoi_layout l;
+    gtao_context *c;
+    char *base;
+    if (result == GTAO_OK)
+        result = gtaoi_check_output(desc, output);
+    if (result != GTAO_OK)
+        return result;
+    gtaoi_plan(desc, &l);
+    if (!scratch || scratch_size < l.total || !context)
+        return GTAO_ERROR_SCRATCH;
+    base = (char *)scratch + ((64 - ((uintptr_t)scratch & 63)) & 63);
+    c = (gtao_context *)(void *)base;
+    *context = c;
+    gtaoi_resolve(desc, output, &l, c);
+    c->w = (float *)(void *)(base + l.w);
+    c->slice = (gtaoi_slice *)(void *)(base + l.slice);
+    c->sample = (gtaoi_sample *)(void *)(base + l.sample);
+    c->taps = (gtaoi_taps *)(void *)(base + l.taps);
+    c->count = (int *)(void *)(base + l.count);
+    c->noise = (float *)(void *)(base + l.noise);
+    c->step = c->noise + 2 * 64 * (64 + GTAOI_LANES);
     gtaoi_fill_tables(c, &l);
     if (c->per_pixel_noise)
         gtaoi_fill_noise(c);
@@ -1465,11 +1577,15 @@ static void gtaoi_pad_row(const gtao_context *c, float *row) {
     }
 }
 
-/* Visibility v and bent normals b (3 floats a pixel) of n pixels from (x, y), in image order, to the caller's buffers.
- * */
-static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float *v, const float *b) {
+/* Visibility v, bent normals b (3 floats a pixel) and the further planes s of the signal of n pixels from (x, y), in
+ * image order, to the caller's buffers. */
+static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float *v, const float *b,
+                        float s[][4 * GTAOI_LANES]) {
     const gtao_output *o = &c->o;
     int i;
+    for (i = 0; i < c->signal; i++)
+        memcpy((char *)o->signal + i * o->signal_plane_stride + (ptrdiff_t)y * o->signal_stride + (ptrdiff_t)x * 4,
+               i ? s[i - 1] : v, (size_t)n * 4);
     if (o->visibility) {
         char *row = (char *)o->visibility + (ptrdiff_t)y * o->visibility_stride;
         if (o->visibility_format == GTAO_FORMAT_FLOAT) {
@@ -1501,6 +1617,13 @@ static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float 
             u[i] = gtaoi_pack(v[i], b[3 * i], b[3 * i + 1], b[3 * i + 2]);
         memcpy(row + (ptrdiff_t)x * 4, u, (size_t)n * 4);
     }
+}
+
+/* 1 + ry^2 of a row's rays. */
+static float gtaoi_ry2(const gtao_context *c, int y) {
+    GTAOI_NO_CONTRACT
+    float ry = gtaoi_clamp(((float)y + 0.5f - c->cy) * c->by1, -GTAOI_RAY_LIMIT, GTAOI_RAY_LIMIT);
+    return ry * ry + 1.0f;
 }
 
 GTAOI_INLINE int gtaoi_popcount(unsigned m) { /* of 16 bits */
@@ -1592,29 +1715,21 @@ static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int
 
 /* ---- dispatch --------------------------------------------------------------------------------------------------- */
 
+#if GTAOI_X86
+#define GTAOI_DISPATCH(isa, name, arguments)                                                                           \
+    ((isa) == GTAO_ISA_AVX512 ? name##_avx512 arguments                                                                \
+     : (isa) == GTAO_ISA_AVX2 ? name##_avx2 arguments                                                                  \
+     : (isa) == GTAO_ISA_SSE2 ? name##_sse2 arguments                                                                  \
+                              : name##_scalar arguments)
+#elif GTAOI_NEON
+#define GTAOI_DISPATCH(isa, name, arguments) ((isa) == GTAO_ISA_NEON ? name##_neon arguments : name##_scalar arguments)
+#else
+#define GTAOI_DISPATCH(isa, name, arguments) name##_scalar arguments
+#endif
+
 GTAO_API void gtao_prepare_rows(const gtao_context *context, int row_begin, int row_end) {
     row_begin = gtaoi_imax(row_begin, 0), row_end = gtaoi_imin(row_end, context->d.height);
-    switch (context->d.isa) {
-#if GTAOI_X86
-    case GTAO_ISA_SSE2:
-        gtaoi_prepare_sse2(context, row_begin, row_end);
-        break;
-    case GTAO_ISA_AVX2:
-        gtaoi_prepare_avx2(context, row_begin, row_end);
-        break;
-    case GTAO_ISA_AVX512:
-        gtaoi_prepare_avx512(context, row_begin, row_end);
-        break;
-#endif
-#if GTAOI_NEON
-    case GTAO_ISA_NEON:
-        gtaoi_prepare_neon(context, row_begin, row_end);
-        break;
-#endif
-    default:
-        gtaoi_prepare_scalar(context, row_begin, row_end);
-        break;
-    }
+    GTAOI_DISPATCH(context->d.isa, gtaoi_prepare, (context, row_begin, row_end));
 }
 
 GTAO_API void gtao_visibility_rows(const gtao_context *context, int row_begin, int row_end, gtao_stats *stats) {
@@ -1622,27 +1737,7 @@ GTAO_API void gtao_visibility_rows(const gtao_context *context, int row_begin, i
     if (!stats)
         memset(&unused, 0, sizeof unused), stats = &unused;
     row_begin = gtaoi_imax(row_begin, 0), row_end = gtaoi_imin(row_end, context->d.height);
-    switch (context->d.isa) {
-#if GTAOI_X86
-    case GTAO_ISA_SSE2:
-        gtaoi_visibility_sse2(context, row_begin, row_end, stats);
-        break;
-    case GTAO_ISA_AVX2:
-        gtaoi_visibility_avx2(context, row_begin, row_end, stats);
-        break;
-    case GTAO_ISA_AVX512:
-        gtaoi_visibility_avx512(context, row_begin, row_end, stats);
-        break;
-#endif
-#if GTAOI_NEON
-    case GTAO_ISA_NEON:
-        gtaoi_visibility_neon(context, row_begin, row_end, stats);
-        break;
-#endif
-    default:
-        gtaoi_visibility_scalar(context, row_begin, row_end, stats);
-        break;
-    }
+    GTAOI_DISPATCH(context->d.isa, gtaoi_visibility, (context, row_begin, row_end, stats));
 }
 
 GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *output, void *scratch, size_t scratch_size,
@@ -1915,16 +2010,46 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_floor)(GV a) {
 
 /* ---- prepare: depth to height ----------------------------------------------------------------------------------- */
 
+/* The caller's depth of column x to height; ry2 = 1 + ry^2 of the row. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_height)(const gtao_context *c, GV z, GV x, float ry2) {
+    GTAOI_NO_CONTRACT
+    const GV zero = GV_SET(0.0f);
+    GV height;
+    GM visible;
+    if (c->d.depth_kind == GTAO_DEPTH_DEVICE) { /* any bounded d; w_far is the far plane */
+        height = GV_ADD(GV_MUL(z, GV_SET(c->w_scale)), GV_SET(c->w_bias));
+        visible = GM_AND(GV_LT(GV_SET(c->w_far), height), GV_LT(height, GV_SET(FLT_MAX)));
+    } else if (c->orthographic) {
+        height = GV_MUL(z, GV_SET(c->w_scale));
+        visible = GV_LT(GV_ABS(z), GV_SET((float)HUGE_VAL));
+        if (c->d.depth_kind != GTAO_DEPTH_HEIGHT)
+            visible = GM_AND(GM_AND(visible, GV_LT(zero, z)), GV_LT(z, GV_SET(c->z_sky)));
+    } else {
+        GV numerator = GV_SET(c->w_numerator);
+        visible = GM_AND(GV_LT(zero, z), GV_LT(z, GV_SET(c->z_sky)));
+        if (c->d.depth_kind == GTAO_DEPTH_DISTANCE) { /* z = distance / |r| */
+            GV rx = GV_MUL(GV_SUB(GV_ADD(x, GV_SET(0.5f)), GV_SET(c->cx)), GV_SET(c->bx1));
+            numerator = GV_MUL(numerator, GV_SQRT(GV_ADD(GV_MUL(rx, rx), GV_SET(ry2))));
+        }
+        height = GV_DIV(numerator, z);
+    }
+    if (c->orthographic) {
+        height = GV_MAX(GV_MIN(height, GV_SET(GTAOI_ORTHO_LIMIT)), GV_SET(-GTAOI_ORTHO_LIMIT));
+    } else {
+        visible = GM_AND(visible, GV_LT(GV_SET(GTAOI_W_MIN), height));
+        height = GV_MIN(height, GV_SET(c->w_max));
+    }
+    return GV_SELECT(visible, height, GV_SET(GTAOI_SKY));
+}
+
 GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
     GTAOI_NO_CONTRACT
     const gtao_desc *d = &c->d;
-    const GV sky = GV_SET(GTAOI_SKY), zero = GV_SET(0.0f);
     int x, y, i, p, h = d->height, w = d->width;
     for (y = y0; y < y1; y++) {
         const float *depth = (const float *)(const void *)((const char *)d->depth + (ptrdiff_t)y * d->depth_stride);
         float *row = c->w + (ptrdiff_t)y * c->pitch;
-        float ry = gtaoi_clamp(((float)y + 0.5f - c->cy) * c->by1, -GTAOI_RAY_LIMIT, GTAOI_RAY_LIMIT),
-              ry2 = ry * ry + 1.0f;
+        float ry2 = gtaoi_ry2(c, y);
         for (x = 0; x < w; x += GTAOI_CHUNK) {
             float in[GTAOI_CHUNK], out[GTAOI_CHUNK];
             const float *from = depth + x;
@@ -1935,33 +2060,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
                 from = in;
             }
             for (i = 0; i < GTAOI_CHUNK; i += GTAOI_W) {
-                GV z = GV_LOAD(from + i), height;
-                GM visible;
-                if (d->depth_kind == GTAO_DEPTH_DEVICE) { /* any bounded d; w_far is the far plane */
-                    height = GV_ADD(GV_MUL(z, GV_SET(c->w_scale)), GV_SET(c->w_bias));
-                    visible = GM_AND(GV_LT(GV_SET(c->w_far), height), GV_LT(height, GV_SET(FLT_MAX)));
-                } else if (c->orthographic) {
-                    height = GV_MUL(z, GV_SET(c->w_scale));
-                    visible = GV_LT(GV_ABS(z), GV_SET((float)HUGE_VAL));
-                    if (d->depth_kind != GTAO_DEPTH_HEIGHT)
-                        visible = GM_AND(GM_AND(visible, GV_LT(zero, z)), GV_LT(z, GV_SET(c->z_sky)));
-                } else {
-                    GV numerator = GV_SET(c->w_numerator);
-                    visible = GM_AND(GV_LT(zero, z), GV_LT(z, GV_SET(c->z_sky)));
-                    if (d->depth_kind == GTAO_DEPTH_DISTANCE) { /* z = distance / |r| */
-                        GV rx = GV_ADD(GV_SET((float)(x + i)), GTAOI_NAME(gtaoi_iota)());
-                        rx = GV_MUL(GV_SUB(GV_ADD(rx, GV_SET(0.5f)), GV_SET(c->cx)), GV_SET(c->bx1));
-                        numerator = GV_MUL(numerator, GV_SQRT(GV_ADD(GV_MUL(rx, rx), GV_SET(ry2))));
-                    }
-                    height = GV_DIV(numerator, z);
-                }
-                if (c->orthographic) {
-                    height = GV_MAX(GV_MIN(height, GV_SET(GTAOI_ORTHO_LIMIT)), GV_SET(-GTAOI_ORTHO_LIMIT));
-                } else {
-                    visible = GM_AND(visible, GV_LT(GV_SET(GTAOI_W_MIN), height));
-                    height = GV_MIN(height, GV_SET(c->w_max));
-                }
-                GV_STORE(out + i, GV_SELECT(visible, height, sky));
+                GV column = GV_ADD(GV_SET((float)(x + i)), GTAOI_NAME(gtaoi_iota)());
+                GV_STORE(out + i, GTAOI_NAME(gtaoi_height)(c, GV_LOAD(from + i), column, ry2));
             }
             if (c->period == 1) {
                 memcpy(row + GTAOI_PAD + x, out, (size_t)n * sizeof(float));
@@ -2818,8 +2918,10 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slice)(const gtao_context *c, const GTAOI_PIXEL *
     }
 }
 
-/* The sums of a pixel to its visibility and bent normal (p->n). */
-GTAOI_FI GV GTAOI_NAME(gtaoi_finish)(const gtao_context *c, GTAOI_PIXEL *p, const GTAOI_SUM *sum, GM active) {
+/* The sums of a pixel to its visibility, its bent normal (p->n) and, at signal[0], [4], ..., the signal's other planes.
+ */
+GTAOI_FI GV GTAOI_NAME(gtaoi_finish)(const gtao_context *c, GTAOI_PIXEL *p, const GTAOI_SUM *sum, GM active,
+                                     GV *signal) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
     int cosine_weighted = c->d.weighting == GTAO_WEIGHTING_COSINE;
@@ -2829,6 +2931,11 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_finish)(const gtao_context *c, GTAOI_PIXEL *p, cons
     GM good = GV_LE(zero, GV_ABS(visible)); /* not NaN */
     visible = GV_SELECT(good, GV_MIN(GV_MAX(visible, zero), one), one);
     visible = GV_SELECT(active, visible, one);
+    if (c->signal) {
+        GV weight = GV_MUL(GV_MUL(sum->jacobian_open, p->inv_len), GV_SET(c->weight_scale));
+        weight = GV_MIN(GV_MAX(weight, GV_SET(1e-3f)), GV_SET(1e3f));
+        signal[0] = c->d.estimator == GTAO_ESTIMATOR_MEMO ? one : GV_SELECT(active, weight, one);
+    }
     if (c->bent) {
         /* [J19 Eq. 20-21] exact off axis: b = (2/3) n - sum J ((T_open - T)_o o + (T_open - T)_v v) / sum J a_open */
         GV share = GV_SET(cosine_weighted ? 2.0f / 3.0f : 0.5f), scale = GV_DIV(one, sum->jacobian_open), len2;
@@ -2840,6 +2947,11 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_finish)(const gtao_context *c, GTAOI_PIXEL *p, cons
         scale = GV_DIV(one, GV_SQRT(len2));
         /* nothing visible, or not finite: the normal */
         good = GM_AND(GM_AND(active, sum->occluded), GM_AND(GV_LE(GV_SET(1e-12f), len2), GV_LE(len2, GV_SET(FLT_MAX))));
+        if (c->signal == 5) {
+            signal[4] = GV_SELECT(good, bx, GV_MUL(share, p->nx));
+            signal[8] = GV_SELECT(good, by, GV_MUL(share, p->ny));
+            signal[12] = GV_SELECT(good, bz, GV_MUL(share, p->nz));
+        }
         p->nx = GV_SELECT(good, GV_MUL(bx, scale), p->nx);
         p->ny = GV_SELECT(good, GV_MUL(by, scale), p->ny);
         p->nz = GV_SELECT(good, GV_MUL(bz, scale), p->nz);
@@ -2858,9 +2970,9 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
         const uint8_t *mask = d->mask ? d->mask + (ptrdiff_t)y * d->mask_stride : 0;
         const float *row = gtaoi_row(c, y);
         for (x0 = 0; x0 < d->width; x0 += BLOCK) {
-            float wanted[BLOCK], image_v[BLOCK], image_b[3 * BLOCK];
+            float wanted[BLOCK], image_v[BLOCK], image_b[3 * BLOCK], image_s[4][4 * GTAOI_LANES];
             const float *at[4];
-            GV n[12], v[4], b[12]; /* normals and bent normals: [group][component] */
+            GV n[12], v[4], b[12], s[16]; /* normals, bent normals: [group][component]; signal: [plane][group] */
             GTAOI_PIXEL pixel[4];
             GTAOI_SUM sum[4];
             GM active[4];
@@ -2908,8 +3020,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                         GTAOI_NAME(gtaoi_integrate)(c, &pixel[g], &frame[g], &found[g], &sum[g]);
             }
             for (g = 0; g < groups; g++) {
-                if (GM_ANY(active[g]))
-                    v[g] = GTAOI_NAME(gtaoi_finish)(c, &pixel[g], &sum[g], active[g]);
+                if (GM_ANY(active[g])) {
+                    v[g] = GTAOI_NAME(gtaoi_finish)(c, &pixel[g], &sum[g], active[g], s + g);
+                } else if (c->signal) {
+                    GV share = GV_SET(d->weighting == GTAO_WEIGHTING_COSINE ? 2.0f / 3.0f : 0.5f);
+                    s[g] = GV_SET(1.0f), s[4 + g] = GV_MUL(share, pixel[g].nx);
+                    s[8 + g] = GV_MUL(share, pixel[g].ny), s[12 + g] = GV_MUL(share, pixel[g].nz);
+                }
                 if (c->bent)
                     b[3 * g] = pixel[g].nx, b[3 * g + 1] = pixel[g].ny, b[3 * g + 2] = pixel[g].nz;
             }
@@ -2918,9 +3035,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 if (c->bent)
                     for (i = 0; i < 3; i++)
                         GTAOI_NAME(gtaoi_store4)(image_b + 4 * i, 12, b + 4 * i);
+                for (i = 0; i < c->signal - 1; i++)
+                    GTAOI_NAME(gtaoi_store4)(image_s[i], 4, s + 4 * i);
             } else {
                 for (g = 0; g < groups; g++) {
                     GV_STORE(image_v + g * GTAOI_W, v[g]);
+                    for (i = 0; i < c->signal - 1; i++)
+                        GV_STORE(image_s[i] + g * GTAOI_W, s[4 * i + g]);
                     for (j = 0; c->bent && j < 3; j++) {
                         float component[GTAOI_W];
                         GV_STORE(component, b[3 * g + j]);
@@ -2930,7 +3051,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 }
             }
             stats->pixels += (uint64_t)count;
-            gtaoi_store(c, x0, y, count, image_v, image_b);
+            gtaoi_store(c, x0, y, count, image_v, image_b, image_s);
         }
     }
 }
