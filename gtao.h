@@ -1716,9 +1716,14 @@ static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int
 /* ---- dispatch --------------------------------------------------------------------------------------------------- */
 
 #if GTAOI_X86
+/* gcc 12 leaves the vectors' upper halves dirty at the end of a kernel that calls another, which slows the caller's SSE
+ * code to a third. */
+static GTAOI_TARGET("avx") void gtaoi_clean(void) {
+    _mm256_zeroupper();
+}
 #define GTAOI_DISPATCH(isa, name, arguments)                                                                           \
-    ((isa) == GTAO_ISA_AVX512 ? name##_avx512 arguments                                                                \
-     : (isa) == GTAO_ISA_AVX2 ? name##_avx2 arguments                                                                  \
+    ((isa) == GTAO_ISA_AVX512 ? (name##_avx512 arguments, gtaoi_clean())                                               \
+     : (isa) == GTAO_ISA_AVX2 ? (name##_avx2 arguments, gtaoi_clean())                                                 \
      : (isa) == GTAO_ISA_SSE2 ? name##_sse2 arguments                                                                  \
                               : name##_scalar arguments)
 #elif GTAOI_NEON
