@@ -1,5 +1,6 @@
 # make            build every program into build/
 # make demo       pictures of a real scene in build/demo/
+# make demo-sequence  a moving camera and a moving thing through the denoiser, in build/demo-sequence
 # make test       every test; make suites: only the cmocka suites, make determinism: only the golden hashes
 # make strict     every language standard, compiler, target and optimisation level, warnings as errors
 # make bench      error against run time, beside other methods, into build/bench/ and docs/; QUICK=1: a look in 2 minutes
@@ -59,7 +60,7 @@ bench_programs := $(foreach f,$(benches),$(call program_of,$(f)))
 suite_programs := $(foreach f,$(suites),build/tests/$(basename $(notdir $(f))))
 objects = $(patsubst %.c,$(obj)/%.o,$(1))
 
-.PHONY: all demo test suites determinism golden strict bench fuzz msan figures format check-format coverage clean FORCE
+.PHONY: all demo demo-sequence test suites determinism golden strict bench fuzz msan figures format check-format coverage clean FORCE
 .DELETE_ON_ERROR:
 .PRECIOUS: build/setup/%
 all: $(programs)
@@ -123,6 +124,13 @@ $(foreach f,$(benches),\
 
 demo: build/demo-sheet
 	build/demo-sheet
+
+# The animation runs at 10 frames a second, every third one of the sequence's.
+demo-sequence: build/sequence | build/setup/sequence
+	build/sequence build/demo-sequence
+	gnuplot examples/sequence.gp > build/demo-sequence/error.svg
+	apngasm build/demo-sequence/sequence.png build/demo-sequence/frame000.png 1 10 -z0 > /dev/null
+	@echo 'build/demo-sequence: sequence.png, strip.png, error.svg, error.txt'
 
 # QUICK=1: small images and few settings into build/bench/; otherwise also the figures and tables that docs/ shows.
 bench: $(bench_programs) | build/setup/figures

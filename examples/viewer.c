@@ -90,22 +90,6 @@ static int parse_without(const char *text, render_settings *settings) {
     return 1;
 }
 
-static int parse_size(const char *text, options *o) {
-    char width[16];
-    const char *x = strchr(text, 'x');
-    long w, h;
-    size_t n = x ? (size_t)(x - text) : sizeof width;
-    if (n >= sizeof width)
-        return 0;
-    memcpy(width, text, n);
-    width[n] = 0;
-    if (!cli_integer(width, 16, 8192, &w) || !cli_integer(x + 1, 16, 8192, &h))
-        return 0;
-    o->width = (int)w;
-    o->height = (int)h;
-    return 1;
-}
-
 static int parse_options(int argc, char **argv, options *o) {
     static const char *const names[] = {"--size",   "--radius",     "--view",   "--without",   "--threads",
                                         "--frames", "--screenshot", "--window", "--benchmark", NULL};
@@ -131,7 +115,7 @@ static int parse_options(int argc, char **argv, options *o) {
         }
         switch (id) {
         case 0:
-            if (!parse_size(value, o))
+            if (!cli_size(value, 16, 8192, &o->width, &o->height))
                 return error_line("--size %s: must be WIDTHxHEIGHT, 16..8192 each", value);
             break;
         case 1:

@@ -113,7 +113,7 @@ void render_free(renderer *r) {
     free(r->visibility);
     free(r->bent);
     free(r->picture);
-    free(r->state);
+    free(r->memory.state);
     memset(r, 0, sizeof *r);
 }
 
@@ -131,67 +131,69 @@ double render_total_ms(const renderer *r) {
     return sum;
 }
 
-double render_stage_ms(const renderer *r, const char *name) {
-    for (int i = 0; i < r->stage_count; ++i)
-        if (strcmp(r->stages[i].name, name) == 0)
-            return r->stages[i].ms;
-    return 0.0;
-}
+/* ---- occlusion ---------------------------------------------------------------------------------------------------- */
 
-void render_describe(const renderer *r, const render_settings *settings, gtao_desc *desc) {
-    memset(desc, 0, sizeof *desc);
+void render_describe(const renderer *r, const render_settings *settings, gtao_frame_desc *frame) {
+    gtao_desc *desc = &frame->desc;
+    memset(frame, 0, sizeof *frame);
     desc->width = r->width;
     desc->height = r->height;
     desc->depth = r->buffers.depth;
     desc->normals = r->buffers.normals;
     desc->camera.fx = (float)r->view.focal_px;
-    desc->camera.cx = (float)r->view.cx;
-    desc->camera.cy = (float)r->view.cy;
-    desc->camera.off_center = 1;
     desc->radius = settings->radius;
     desc->falloff = 0.25f;
     desc->preset = GTAO_PRESET_LOW;
-    desc->frame = settings->frame;
+    frame->half = !settings->no_half;
+    frame->no_spatial = settings->no_spatial;
+    frame->no_temporal = settings->no_temporal;
+    frame->motion = r->buffers.motion;
+    frame->motion_components = 3;
+    frame->cut = settings->cut;
 }
 
-/* ---- occlusion ---------------------------------------------------------------------------------------------------- */
+typedef struct stage_run {
+    gtao_frame_context *context;
+    int stage;
+} stage_run;
 
-static void prepare_rows(void *user, int thread, int row_begin, int row_end) {
+static void run_units(void *user, int thread, int unit_begin, int unit_end) {
+    const stage_run *run = user;
     (void)thread;
-    gtao_prepare_rows(user, row_begin, row_end);
+    gtao_frame_run(run->context, run->stage, unit_begin, unit_end, NULL);
 }
 
-static void visibility_rows(void *user, int thread, int row_begin, int row_end) {
-    (void)thread;
-    gtao_visibility_rows(user, row_begin, row_end, NULL);
-}
-
-static int occlude(renderer *r, const render_settings *settings, pool *workers, const char **error) {
-    gtao_desc desc;
-    gtao_output output;
-    gtao_context *context;
-    render_describe(r, settings, &desc);
-    memset(&output, 0, sizeof output);
-    output.visibility = r->visibility;
-    output.bent_normals = r->bent;
-    size_t size = gtao_scratch_size(&desc);
-    if (size > r->state_size) {
-        free(r->state);
-        r->state = malloc(size);
-        r->state_size = r->state ? size : 0;
+int render_occlude(const gtao_frame_desc *frame, const gtao_output *output, render_memory *memory, pool *workers,
+                   renderer *times, const char **error) {
+    stage_run run = {NULL, 0};
+    size_t size = gtao_frame_state_size(frame);
+    if (size > memory->size) {
+        free(memory->state);
+        memory->state = calloc(1, size);
+        memory->size = memory->state ? size : 0;
     }
-    gtao_result result = gtao_begin(&desc, &output, r->state, r->state_size, &context);
+    gtao_result result = gtao_frame_begin(frame, output, memory->state, memory->size, &run.context);
     if (result != GTAO_OK) {
         *error = gtao_result_string(result);
         return 0;
     }
-    double t = cli_seconds();
-    pool_run(workers, r->height, 0, prepare_rows, NULL, context);
-    add_stage(r, "prepare", t);
-    t = cli_seconds();
-    pool_run(workers, r->height, 0, visibility_rows, NULL, context);
-    add_stage(r, "horizons", t);
+    for (; run.stage < gtao_frame_stages(run.context); ++run.stage) {
+        double t = cli_seconds();
+        pool_run(workers, gtao_frame_units(run.context, run.stage), 0, run_units, NULL, &run);
+        if (times)
+            add_stage(times, gtao_frame_stage_name(run.context, run.stage), t);
+    }
     return 1;
+}
+
+static int occlude(renderer *r, const render_settings *settings, pool *workers, const char **error) {
+    gtao_frame_desc frame;
+    gtao_output output;
+    render_describe(r, settings, &frame);
+    memset(&output, 0, sizeof output);
+    output.visibility = r->visibility;
+    output.bent_normals = r->bent;
+    return render_occlude(&frame, &output, &r->memory, workers, r, error);
 }
 
 /* ---- pictures ----------------------------------------------------------------------------------------------------- */

@@ -13,8 +13,7 @@ typedef struct render_settings {
     int no_occlusion, no_half, no_spatial, no_temporal; /* zero: everything that gtao.h offers */
     int no_bounce, no_bent;                             /* interreflection; light from along the bent normal */
     float radius;                                       /* world units */
-    uint32_t frame;
-    int cut; /* the picture has nothing to do with the previous one */
+    int cut;                                            /* the picture has nothing to do with the previous one */
 } render_settings;
 
 typedef struct render_stage {
@@ -34,6 +33,11 @@ typedef enum render_show {
 } render_show;
 extern const char *const render_show_names[RENDER_SHOWS + 1]; /* ends with null */
 
+typedef struct render_memory { /* gtao.h's of the frames before; starts as zero */
+    void *state;
+    size_t size;
+} render_memory;
+
 typedef struct renderer {
     int width, height;
     raster *raster;
@@ -41,8 +45,7 @@ typedef struct renderer {
     raster_buffers buffers;
     float *visibility, *bent;
     uint32_t *picture; /* 0x00rrggbb, sRGB */
-    void *state;       /* gtao.h's memory of the frames before */
-    size_t state_size;
+    render_memory memory;
     float probe[3][4][4];       /* the dome's light */
     unsigned char encode[4096]; /* linear [0, 4) to the screen */
 
@@ -58,10 +61,11 @@ void render_free(renderer *r);
 int render_frame(renderer *r, const raster_view *view, const render_settings *settings, render_show show, pool *workers,
                  const char **error);
 
-/* What gtao.h is told of the last frame. */
-void render_describe(const renderer *r, const render_settings *settings, gtao_desc *desc);
+/* What gtao.h is told of the last frame; and its stages, on all threads. `times` may be null. */
+void render_describe(const renderer *r, const render_settings *settings, gtao_frame_desc *frame);
+int render_occlude(const gtao_frame_desc *frame, const gtao_output *output, render_memory *memory, pool *workers,
+                   renderer *times, const char **error);
 
 double render_total_ms(const renderer *r);
-double render_stage_ms(const renderer *r, const char *name); /* 0 if there is none */
 
 #endif
