@@ -319,6 +319,7 @@ typedef struct gtao_stats {
     uint64_t small_radius;    /* because the radius projects to less than a pixel */
     uint64_t derived_normals; /* pixels whose normal came from depth */
     uint64_t samples;         /* horizon samples, all pixels */
+    uint64_t unchanged;       /* gtao_frame: pixels of the filters' resolution in tiles at rest, not computed anew */
 } gtao_stats;
 
 /* ---- level 1: one call ------------------------------------------------------------------------------------------ */
@@ -590,10 +591,13 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #define GTAOI_CLASS_SHIFT 21   /* radius classes: exponent and 2 bits of mantissa, 4 an octave */
 #define GTAOI_CLASS_MASK 0xffe00000u
 #define GTAOI_MAX_CLASSES 80
-#define GTAOI_PAD 20               /* floats beside each row segment: one group of 16 and a few taps */
-#define GTAOI_LANES 16             /* widest group */
-#define GTAOI_CHUNK 64             /* samples whose offsets are remapped at once at clamped and wrapped borders */
-#define GTAOI_NEAR 8               /* first samples in every-pixel mode whose taps also bound them from above */
+#define GTAOI_PAD 20           /* floats beside each row segment: one group of 16 and a few taps */
+#define GTAOI_LANES 16         /* widest group */
+#define GTAOI_CHUNK 64         /* samples whose offsets are remapped at once at clamped and wrapped borders */
+#define GTAOI_NEAR 8           /* first samples in every-pixel mode whose taps also bound them from above */
+#define GTAOI_CLAMP_NOISE 1.5f /* the clamp's least window, in mean changes of a pixel from frame to frame */
+#define GTAOI_BLUR_COST 0.6f /* part of its length that a history loses when read in the middle of two pixels, x 1/4 */
+#define GTAOI_DISOCCLUSION 0.25f   /* part of depth_tolerance that tells one surface from another in time */
 #define GTAOI_SAME_SURFACE_PX 4.0f /* neighbours within so many pixel footprints in depth are one surface */
 
 /* ---- scalar helpers, in the papers' order ----------------------------------------------------------------------- */
@@ -987,15 +991,17 @@ struct gtao_context {
     float z_sky;                  /* z at or beyond is sky */
     float to_view[9];             /* normal_axes * normal_to_view */
     int transform_normals;
-    float *w;             /* height buffer at row 0 of rows -2 .. height + 1; the first and last are sky */
-    ptrdiff_t pitch;      /* floats from row to row */
-    int segment;          /* floats of one phase's part of a row, with its padding */
-    gtaoi_slice *slice;   /* [period^2][slices] */
-    gtaoi_sample *sample; /* [period^2][slices][classes or 1][max_steps] */
-    gtaoi_taps *taps;     /* every-pixel mode: [period^2][slices][GTAOI_NEAR] */
-    int *count;           /* [period^2][slices][classes] */
-    float *noise;         /* per-pixel noise: [64][64 + GTAOI_LANES][2 planes] */
-    float *step;          /* per-pixel noise: ((j + offset) / steps)^power, [steps][64 offsets] */
+    float *w;                        /* height buffer at row 0 of rows -2 .. height + 1; the first and last are sky */
+    const gtao_frame_context *frame; /* whose tiles at rest are skipped, or null */
+    ptrdiff_t normal_plane;          /* floats between the planes of normals in planes, 0 if they are interleaved */
+    ptrdiff_t pitch;                 /* floats from row to row */
+    int segment;                     /* floats of one phase's part of a row, with its padding */
+    gtaoi_slice *slice;              /* [period^2][slices] */
+    gtaoi_sample *sample;            /* [period^2][slices][classes or 1][max_steps] */
+    gtaoi_taps *taps;                /* every-pixel mode: [period^2][slices][GTAOI_NEAR] */
+    int *count;                      /* [period^2][slices][classes] */
+    float *noise;                    /* per-pixel noise: [64][64 + GTAOI_LANES][2 planes] */
+    float *step;                     /* per-pixel noise: ((j + offset) / steps)^power, [steps][64 offsets] */
 };
 
 typedef struct gtaoi_layout {
@@ -1405,6 +1411,13 @@ static void gtaoi_fill_sky(float *row, ptrdiff_t n) {
         *row++ = GTAOI_SKY;
 }
 
+static float gtaoi_height_unit(const gtao_context *c) {
+    float radius = c->d.radius;
+    if (c->d.camera.projection == GTAO_ORTHOGRAPHIC)
+        return c->d.camera.sx;
+    return radius >= 1e-30f && radius < 1e30f ? radius : 1.0f;
+}
+
 /* All of the context but its tables. */
 static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, const gtaoi_layout *plan, gtao_context *c) {
     const gtaoi_layout l = *plan;
@@ -1451,7 +1464,7 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
     cam = &c->d.camera;
     c->orthographic = cam->projection == GTAO_ORTHOGRAPHIC;
     c->bounded = desc->radius < 1e30f;
-    unit = c->orthographic ? cam->sx : c->bounded && desc->radius >= 1e-30f ? desc->radius : 1.0f;
+    unit = gtaoi_height_unit(c);
     c->w_max = c->bounded ? GTAOI_W_MAX : 1.0f / GTAOI_W_MIN;
     c->reach = gtaoi_min(desc->radius / unit, 1e18f); /* its square is finite */
     c->inner2 = (1.0f - desc->falloff) * (1.0f - desc->falloff);
@@ -1496,11 +1509,30 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
     }
 }
 
+/* The whole context in scratch at `base`, where it stands first. */
+static void gtaoi_begin(const gtao_desc *desc, const gtao_output *output, const gtaoi_layout *plan, char *base,
+                        gtao_context *c) {
+    const gtaoi_layout l = *plan;
+    gtaoi_resolve(desc, output, plan, c);
+    c->w = (float *)(void *)(base + l.w);
+    c->slice = (gtaoi_slice *)(void *)(base + l.slice);
+    c->sample = (gtaoi_sample *)(void *)(base + l.sample);
+    c->taps = (gtaoi_taps *)(void *)(base + l.taps);
+    c->count = (int *)(void *)(base + l.count);
+    c->noise = (float *)(void *)(base + l.noise);
+    c->step = c->noise + 2 * 64 * (64 + GTAOI_LANES);
+    gtaoi_fill_tables(c, plan);
+    if (c->per_pixel_noise)
+        gtaoi_fill_noise(c);
+    c->w += 2 * c->pitch;
+    gtaoi_fill_sky(c->w - 2 * c->pitch, c->pitch);
+    gtaoi_fill_sky(c->w + (ptrdiff_t)(desc->height + 1) * c->pitch, c->pitch);
+}
+
 GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output, void *scratch, size_t scratch_size,
                                 gtao_context **context) {
     gtao_result result = gtaoi_check_desc(desc);
     gtaoi_layout l;
-    gtao_context *c;
     char *base;
     if (result == GTAO_OK)
         result = gtaoi_check_output(desc, output);
@@ -1510,22 +1542,8 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
     if (!scratch || scratch_size < l.total || !context)
         return GTAO_ERROR_SCRATCH;
     base = (char *)scratch + ((64 - ((uintptr_t)scratch & 63)) & 63);
-    c = (gtao_context *)(void *)base;
-    *context = c;
-    gtaoi_resolve(desc, output, &l, c);
-    c->w = (float *)(void *)(base + l.w);
-    c->slice = (gtaoi_slice *)(void *)(base + l.slice);
-    c->sample = (gtaoi_sample *)(void *)(base + l.sample);
-    c->taps = (gtaoi_taps *)(void *)(base + l.taps);
-    c->count = (int *)(void *)(base + l.count);
-    c->noise = (float *)(void *)(base + l.noise);
-    c->step = c->noise + 2 * 64 * (64 + GTAOI_LANES);
-    gtaoi_fill_tables(c, &l);
-    if (c->per_pixel_noise)
-        gtaoi_fill_noise(c);
-    c->w += 2 * c->pitch;
-    gtaoi_fill_sky(c->w - 2 * c->pitch, c->pitch);
-    gtaoi_fill_sky(c->w + (ptrdiff_t)(desc->height + 1) * c->pitch, c->pitch);
+    *context = (gtao_context *)(void *)base;
+    gtaoi_begin(desc, output, &l, base, *context);
     return GTAO_OK;
 }
 
@@ -1678,6 +1696,228 @@ static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int
     }
 }
 
+/* ---- frames ----------------------------------------------------------------------------------------------------- */
+
+enum {
+    GTAOI_TILE_W = 64, /* unit of what is skipped, in pixels of the filters' resolution */
+    GTAOI_TILE_H = 8,
+    GTAOI_AT_REST = 72 /* frames without a change after which the history stands still: three rounds of the noise */
+};
+
+enum { /* planes of a signal, as in gtao_output.signal; those of the history */
+       GTAOI_SIGNAL_VISIBILITY,
+       GTAOI_SIGNAL_WEIGHT,
+       GTAOI_SIGNAL_BENT,
+       GTAOI_HISTORY_LENGTH = GTAOI_SIGNAL_WEIGHT,
+       GTAOI_HISTORY_SPEED = 5,
+       GTAOI_HISTORY_LAST = 6,      /* visibility of the last frame alone */
+       GTAOI_HISTORY_DEVIATION = 7, /* mean change of it from frame to frame: the noise */
+       GTAOI_HISTORY_PLANES = 8
+};
+
+/* What makes the history of one frame useless to the next when it changes. */
+typedef struct gtaoi_settings {
+    uint32_t magic;
+    int i[28];
+    float f[8];
+} gtaoi_settings;
+
+/* A plane is `pitch` floats a row, one row more than the image (nothing: sky or zero), GTAOI_PAD columns around. */
+struct gtao_frame_context {
+    gtao_frame_desc f;  /* defaults resolved */
+    gtao_context full;  /* of the caller's buffers, without tables: depth to height, and output */
+    gtao_context *pass; /* horizons, at the filters' resolution */
+    int scale;          /* pixels of the caller's for one of the filters', along x and y: 1 or 2 */
+    int width, height, bent, passes, temporal, fresh;
+    ptrdiff_t pitch, plane; /* floats from row to row, from plane to plane */
+    float *height_now, *height_before;
+    float *raw, *filtered[2]; /* signals: as integrated; after odd and even passes of the spatial filter */
+    float *history_now, *history_before;
+    const float *signal, *result; /* after the spatial filter; after the temporal one */
+    float *normals, *motion;      /* planes x, y, z of the chosen pixels: unit normals, motion in pixels */
+    uint8_t *mask;                /* rows of pass->d.mask_stride bytes */
+    int tiles_x, tiles_y;
+    uint8_t *changed, *rest;               /* of each tile: inputs changed now; at rest, history stands still */
+    uint16_t *still;                       /* frames since its horizons last could change */
+    float *nearest;                        /* greatest height */
+    float tolerance_scale, tolerance_bias; /* of height differences: scale w + bias */
+    float ray_max;                         /* greatest |r| */
+    int moved;                             /* the camera */
+    float before[12];                      /* view_to_previous, translation in units of the heights */
+    float before_fx, before_fy, before_cx, before_cy; /* previous camera, filters' resolution */
+    float window[2][5];                               /* weights of the first pass and of the others, offsets -2 .. 2 */
+    int window_shift;                                 /* first pass: its window covers -2 .. 1 or -1 .. 2 */
+};
+
+typedef struct gtaoi_state {
+    gtaoi_settings settings;
+    uint32_t count; /* frames since the history began */
+    gtao_camera camera;
+    struct gtao_frame_context context;
+} gtaoi_state;
+
+typedef struct gtaoi_frame_layout {
+    gtao_desc pass; /* of the horizons; pointers still null */
+    gtaoi_layout pass_layout;
+    int scale, bent, normals, motion, passes, temporal, tiles_x, tiles_y;
+    ptrdiff_t pitch;
+    uint64_t plane; /* bytes */
+    uint64_t heights, raw, filtered[2], history[2], normal, moves, mask, changed, rest, still, nearest, scratch, total;
+} gtaoi_frame_layout;
+
+static gtao_result gtaoi_check_frame(const gtao_frame_desc *f) {
+    gtao_result result;
+    int i, n;
+    if (!f)
+        return GTAO_ERROR_FRAME;
+    result = gtaoi_check_desc(&f->desc);
+    if (result != GTAO_OK)
+        return result;
+    if ((unsigned)f->reduction > GTAO_REDUCE_CHECKERBOARD)
+        return GTAO_ERROR_REDUCTION;
+    if (f->spatial_passes < 0 || f->spatial_passes > 3)
+        return GTAO_ERROR_SPATIAL;
+    if (!(f->depth_tolerance >= 0.0f && f->depth_tolerance <= FLT_MAX))
+        return GTAO_ERROR_TOLERANCE;
+    if ((unsigned)f->history > GTAO_HISTORY_FREE)
+        return GTAO_ERROR_HISTORY;
+    if (f->max_history < 0 || f->max_history > 255)
+        return GTAO_ERROR_MAX_HISTORY;
+    if (!(f->clamp_window >= 0.0f && f->clamp_window <= FLT_MAX))
+        return GTAO_ERROR_CLAMP_WINDOW;
+    for (i = 0; i < 12; i++)
+        if (!gtaoi_finite(f->view_to_previous[i]))
+            return GTAO_ERROR_VIEW_TO_PREVIOUS;
+    n = f->motion_components == 0 ? 2 : f->motion_components;
+    if (f->motion && ((n != 2 && n != 3) || !gtaoi_stride_ok(f->motion_stride, f->desc.width * n * 4, 4)))
+        return GTAO_ERROR_MOTION;
+    return GTAO_OK;
+}
+
+/* The camera of blocks of scale x scale pixels. */
+static gtao_camera gtaoi_camera_scaled(const gtao_desc *d, int scale) {
+    gtao_camera c = d->camera;
+    float inv = 1.0f / (float)scale;
+    c.cx = (c.off_center ? c.cx : 0.5f * (float)d->width) * inv;
+    c.cy = (c.off_center ? c.cy : 0.5f * (float)d->height) * inv;
+    c.off_center = 1;
+    c.fx *= inv, c.fy *= inv;
+    c.sx *= (float)scale, c.sy *= (float)scale;
+    return c;
+}
+
+static void gtaoi_frame_plan(const gtao_frame_desc *f, int bent, gtaoi_frame_layout *l) {
+    const gtao_desc *d = &f->desc;
+    uint64_t at, planes, tiles;
+    int i;
+    memset(l, 0, sizeof *l);
+    l->scale = f->half ? 2 : 1;
+    l->bent = bent;
+    l->normals = d->normals ? 3 : 0;
+    l->motion = f->motion ? 3 : 0;
+    l->passes = f->no_spatial ? 0 : f->spatial_passes ? f->spatial_passes : 1;
+    l->temporal = !f->no_temporal;
+    l->pass = *d;
+    l->pass.width = (d->width + l->scale - 1) / l->scale, l->pass.height = (d->height + l->scale - 1) / l->scale;
+    l->pass.camera = gtaoi_camera_scaled(d, l->scale);
+    l->pass.max_radius_px = (d->max_radius_px + l->scale - 1) / l->scale;
+    l->pass.sky_z = 0.0f;
+    gtaoi_plan(&l->pass, &l->pass_layout);
+    l->tiles_x = (l->pass.width + GTAOI_TILE_W - 1) / GTAOI_TILE_W;
+    l->tiles_y = (l->pass.height + GTAOI_TILE_H - 1) / GTAOI_TILE_H;
+    tiles = (uint64_t)l->tiles_x * (uint64_t)l->tiles_y;
+    l->pitch = (l->pass.width + 2 * GTAOI_PAD + 2 * GTAOI_LANES + 15) & ~15;
+    if (l->pitch % 1024 == 0)
+        l->pitch += 16;
+    l->plane = (uint64_t)l->pitch * (uint64_t)(l->pass.height + 1) * sizeof(float);
+
+    planes = bent ? 5 : 2;
+    at = (sizeof(gtaoi_state) + 63) / 64 * 64;
+    l->heights = at, at += 2 * l->plane;
+    l->raw = at, at += planes * l->plane;
+    for (i = 0; i < 2; i++)
+        l->filtered[i] = at, at += l->passes > i ? planes * l->plane : 0;
+    for (i = 0; i < 2; i++)
+        l->history[i] = at, at += l->temporal ? (uint64_t)GTAOI_HISTORY_PLANES * l->plane : 0;
+    l->normal = at, at += (uint64_t)l->normals * l->plane;
+    l->moves = at, at += (uint64_t)l->motion * l->plane;
+    l->nearest = at, at += tiles * sizeof(float);
+    l->still = at, at += tiles * sizeof(uint16_t);
+    l->changed = at, at += tiles;
+    l->rest = at, at += tiles;
+    l->mask = at, at += d->mask ? (uint64_t)l->pitch * (uint64_t)l->pass.height : 0;
+    l->scratch = (at + 63) / 64 * 64;
+    l->total = l->scratch + l->pass_layout.total + 63; /* room to align */
+}
+
+/* Row y of a plane, or what lies outside the image. */
+static const float *gtaoi_plane_row(const gtao_frame_context *f, const float *plane, int y) {
+    if (f->pass->d.border == GTAO_BORDER_WRAP)
+        y = gtaoi_wrap(y, f->height);
+    if (y < 0 || y >= f->height)
+        y = f->height;
+    return plane + (ptrdiff_t)y * f->pitch;
+}
+
+/* The columns beside a row: what the border makes of them, or the row's ends. Those of heights stay sky otherwise. */
+static void gtaoi_pad_plane(const gtao_frame_context *f, float *row, int replicate) {
+    int i, w = f->width, wrap = f->pass->d.border == GTAO_BORDER_WRAP;
+    if (!wrap && !replicate)
+        return;
+    for (i = 1; i <= GTAOI_PAD; i++)
+        row[-i] = row[wrap ? gtaoi_wrap(-i, w) : 0];
+    for (i = w; i < w + GTAOI_PAD; i++)
+        row[i] = row[wrap ? gtaoi_wrap(i, w) : w - 1];
+}
+
+/* Whether all tiles within `ring` of this one are at rest. */
+static int gtaoi_at_rest(const gtao_frame_context *f, int tx, int ty, int ring) {
+    int x, y;
+    if (f->f.no_skip)
+        return 0;
+    for (y = gtaoi_imax(ty - ring, 0); y <= gtaoi_imin(ty + ring, f->tiles_y - 1); y++)
+        for (x = gtaoi_imax(tx - ring, 0); x <= gtaoi_imin(tx + ring, f->tiles_x - 1); x++)
+            if (!f->rest[y * f->tiles_x + x])
+                return 0;
+    return f->pass->d.border != GTAO_BORDER_WRAP ||
+           (tx >= ring && ty >= ring && tx + ring < f->tiles_x && ty + ring < f->tiles_y);
+}
+
+/* Pixels around a tile whose change its horizons may see: the radius where the tile is nearest, with a margin for
+ * rounded radii and filters. */
+static int gtaoi_tile_reach(const gtao_frame_context *f, float nearest) {
+    const gtao_context *c = f->pass;
+    float extent = c->reach, cap = c->max_radius;
+    if (nearest <= GTAOI_SKY_LIMIT)
+        return 0;
+    if (c->every_pixel || !c->bounded)
+        return (int)cap + 2;
+    if (!c->orthographic)
+        extent = extent * nearest * f->ray_max;
+    extent = extent * 1.25f / gtaoi_min(c->bx1, c->by1) + 2.0f;
+    return (int)gtaoi_min(extent, cap + 2.0f);
+}
+
+/* From what changed to what is at rest, for rows [ty0, ty1) of tiles. */
+static void gtaoi_judge_tiles(const gtao_frame_context *f, int ty0, int ty1) {
+    int tx, ty, x, y, wrap = f->pass->d.border == GTAO_BORDER_WRAP;
+    for (ty = ty0; ty < ty1; ty++)
+        for (tx = 0; tx < f->tiles_x; tx++) {
+            int at = ty * f->tiles_x + tx, quiet = !f->moved && !f->fresh;
+            int reach = gtaoi_tile_reach(f, f->nearest[at]);
+            int nx = (reach + GTAOI_TILE_W - 1) / GTAOI_TILE_W, ny = (reach + GTAOI_TILE_H - 1) / GTAOI_TILE_H;
+            for (y = ty - ny; quiet && y <= ty + ny; y++)
+                for (x = tx - nx; quiet && x <= tx + nx; x++) {
+                    if (wrap)
+                        quiet = !f->changed[gtaoi_wrap(y, f->tiles_y) * f->tiles_x + gtaoi_wrap(x, f->tiles_x)];
+                    else if (x >= 0 && x < f->tiles_x && y >= 0 && y < f->tiles_y)
+                        quiet = !f->changed[y * f->tiles_x + x];
+                }
+            f->still[at] = (uint16_t)(quiet ? gtaoi_imin(f->still[at] + 1, 65535) : 0);
+            f->rest[at] = (uint8_t)(f->temporal && f->still[at] > GTAOI_AT_REST);
+        }
+}
+
 /* ---- one table of operations per width, and the self-inclusions ------------------------------------------------- */
 
 /* GV: float vector, GM: mask, their operations GV_ and GM_, suffix-free so that the kernels read as formulas. Undefined
@@ -1756,6 +1996,274 @@ GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *outp
     return GTAO_OK;
 }
 
+/* ---- frames: state and stages ----------------------------------------------------------------------------------- */
+
+enum { GTAOI_REDUCE, GTAOI_PREPARE, GTAOI_HORIZONS, GTAOI_SPATIAL, GTAOI_TEMPORAL, GTAOI_OUTPUT };
+
+GTAO_API size_t gtao_frame_state_size(const gtao_frame_desc *frame) {
+    gtaoi_frame_layout l;
+    if (gtaoi_check_frame(frame) != GTAO_OK)
+        return 0;
+    gtaoi_frame_plan(frame, 1, &l); /* the same whether or not bent normals are wanted */
+    return l.total <= SIZE_MAX ? (size_t)l.total : 0;
+}
+
+static void gtaoi_frame_settings(const gtao_frame_desc *f, const gtaoi_frame_layout *l, gtaoi_settings *s) {
+    const gtao_desc *d = &f->desc;
+    const int i[] = {d->width,
+                     d->height,
+                     (int)d->camera.projection,
+                     (int)d->border,
+                     d->max_radius_px,
+                     l->pass_layout.slices,
+                     l->pass_layout.max_steps,
+                     l->pass_layout.every_pixel,
+                     (int)d->estimator,
+                     (int)d->weighting,
+                     (int)d->noise,
+                     f->half != 0,
+                     (int)f->reduction,
+                     l->passes,
+                     l->temporal,
+                     (int)f->history,
+                     f->max_history,
+                     l->bent,
+                     l->normals,
+                     l->motion,
+                     d->mask != 0,
+                     (int)d->depth_kind};
+    const float x[] = {d->radius,          d->falloff,      d->step_power, d->thin_blend,
+                       f->depth_tolerance, f->clamp_window, d->camera.sx,  d->camera.sy};
+    memset(s, 0, sizeof *s);
+    s->magic = 0x6f617467u;
+    memcpy(s->i, i, sizeof i);
+    memcpy(s->f, x, sizeof x);
+}
+
+GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_output *output, void *state,
+                                      size_t state_size, gtao_frame_context **context) {
+    static const float even[5] = {0, 1, 1, 1, 1}, odd[5] = {1, 1, 1, 1, 0}, centred[5] = {0.5f, 1, 1, 1, 0.5f};
+    static const float smooth[5] = {0, 0.5f, 1, 0.5f, 0};
+    gtao_result result = gtaoi_check_frame(frame);
+    gtaoi_frame_layout l;
+    gtaoi_settings settings;
+    gtaoi_layout full_layout;
+    gtaoi_state *s;
+    gtao_frame_context *f;
+    gtao_output signal;
+    char *base;
+    int i, at_rest = 1, same_camera;
+    float x, y;
+    ptrdiff_t floats;
+    if (result != GTAO_OK)
+        return result;
+    if (output && output->signal)
+        return GTAO_ERROR_SIGNAL;
+    result = gtaoi_check_output(&frame->desc, output);
+    if (result != GTAO_OK)
+        return result;
+    gtaoi_frame_plan(frame, 1, &l);
+    if (!state || state_size < l.total || !context)
+        return GTAO_ERROR_STATE;
+    gtaoi_frame_plan(frame, output->bent_normals || output->packed, &l);
+    base = (char *)state + ((64 - ((uintptr_t)state & 63)) & 63);
+    s = (gtaoi_state *)(void *)base;
+    f = &s->context;
+    *context = f;
+
+    gtaoi_frame_settings(frame, &l, &settings);
+    floats = (ptrdiff_t)(l.plane / sizeof(float));
+    if (frame->cut || memcmp(&settings, &s->settings, sizeof settings) != 0) {
+        memset(s, 0, sizeof *s);
+        s->settings = settings;
+    } else {
+        s->count++;
+    }
+    memset(f, 0, sizeof *f);
+    f->fresh = s->count == 0;
+    f->f = *frame;
+    f->scale = l.scale, f->width = l.pass.width, f->height = l.pass.height;
+    f->bent = l.bent, f->passes = l.passes, f->temporal = l.temporal;
+    f->pitch = l.pitch, f->plane = floats;
+    f->tiles_x = l.tiles_x, f->tiles_y = l.tiles_y;
+    if (f->f.depth_tolerance == 0.0f)
+        f->f.depth_tolerance = 0.1f;
+    if (f->f.clamp_window == 0.0f)
+        f->f.clamp_window = 0.5f;
+    if (!f->f.max_history)
+        f->f.max_history = 24;
+    if (!f->f.motion_components)
+        f->f.motion_components = 2;
+    if (!f->f.motion_stride)
+        f->f.motion_stride = (ptrdiff_t)frame->desc.width * f->f.motion_components * 4;
+
+#define GTAOI_PLANES(offset) ((float *)(void *)(base + (offset)) + GTAOI_PAD)
+    i = (int)(s->count & 1);
+    f->height_now = GTAOI_PLANES(l.heights) + (i ? floats : 0);
+    f->height_before = GTAOI_PLANES(l.heights) + (i ? 0 : floats);
+    f->history_now = GTAOI_PLANES(l.history[i]), f->history_before = GTAOI_PLANES(l.history[!i]);
+    f->raw = GTAOI_PLANES(l.raw);
+    f->filtered[0] = GTAOI_PLANES(l.filtered[0]), f->filtered[1] = GTAOI_PLANES(l.filtered[1]);
+    f->normals = GTAOI_PLANES(l.normal), f->motion = GTAOI_PLANES(l.moves);
+#undef GTAOI_PLANES
+    f->signal = f->passes == 0 ? f->raw : f->filtered[f->passes == 2];
+    f->result = f->temporal ? f->history_now : f->signal;
+    f->changed = (uint8_t *)base + l.changed, f->rest = (uint8_t *)base + l.rest;
+    f->still = (uint16_t *)(void *)(base + l.still);
+    f->nearest = (float *)(void *)(base + l.nearest);
+    f->mask = (uint8_t *)base + l.mask;
+    if (f->fresh) {
+        memset(base + l.raw, 0, (size_t)(l.scratch - l.raw));
+        gtaoi_fill_sky((float *)(void *)(base + l.heights), 2 * floats);
+    }
+
+    gtaoi_plan(&frame->desc, &full_layout);
+    gtaoi_resolve(&frame->desc, output, &full_layout, &f->full);
+    if (f->full.orthographic) { /* heights in pixels of the filters' resolution */
+        float inv = 1.0f / (float)f->scale;
+        f->full.w_scale *= inv, f->full.w_bias *= inv;
+        if (frame->desc.depth_kind == GTAO_DEPTH_DEVICE)
+            f->full.w_far *= inv;
+    }
+    l.pass.depth = f->height_now, l.pass.depth_stride = f->pitch * 4;
+    l.pass.depth_kind = GTAO_DEPTH_DEVICE;
+    l.pass.device_scale = 1.0f, l.pass.device_bias = 0.0f;
+    l.pass.normals = frame->desc.normals ? f->normals : 0;
+    l.pass.normal_stride = f->pitch * 4, l.pass.normal_components = 3;
+    l.pass.mask = frame->desc.mask ? f->mask : 0, l.pass.mask_stride = f->pitch;
+    l.pass.frame = frame->desc.frame + s->count;
+    memset(&signal, 0, sizeof signal);
+    signal.signal = f->raw;
+    signal.signal_stride = f->pitch * 4, signal.signal_plane_stride = floats * 4;
+    signal.signal_planes = f->bent ? 5 : 2;
+    {
+        /* The planes have padding, which gtao_begin's check of the strides does not know of: so none of it. */
+        char *scratch = base + l.scratch;
+        f->pass = (gtao_context *)(void *)scratch;
+        gtaoi_begin(&l.pass, &signal, &l.pass_layout, scratch, f->pass);
+    }
+    /* What it reads are heights already. */
+    f->pass->w_scale = 1.0f, f->pass->w_bias = 0.0f, f->pass->w_far = GTAOI_SKY_LIMIT;
+    f->pass->normal_plane = frame->desc.normals ? floats : 0;
+    f->pass->frame = f;
+
+    f->tolerance_scale = f->pass->orthographic ? 0.0f : f->f.depth_tolerance;
+    f->tolerance_bias = f->pass->orthographic ? f->f.depth_tolerance * gtaoi_min(f->pass->reach, 1e15f) : 0.0f;
+    x = gtaoi_max(f->pass->cx, (float)f->width - f->pass->cx) * f->pass->bx1;
+    y = gtaoi_max(f->pass->cy, (float)f->height - f->pass->cy) * f->pass->by1;
+    f->ray_max = f->pass->orthographic ? 1.0f : sqrtf(gtaoi_min(x * x + y * y + 1.0f, 1e30f));
+    if (f->temporal)
+        memcpy(f->window[0], (l.pass.frame & 1) ? odd : even, sizeof even);
+    else
+        memcpy(f->window[0], centred, sizeof centred);
+    memcpy(f->window[1], smooth, sizeof smooth);
+
+    /* Where a point was: P' = R P + t; with P = z r, and heights unit / z, that is R r + t w / unit. */
+    for (i = 0; i < 12; i++)
+        at_rest &= frame->view_to_previous[i] == 0.0f;
+    for (i = 0; i < 12; i++) {
+        float identity = i % 5 == 0 ? 1.0f : 0.0f;
+        f->before[i] = at_rest ? identity : frame->view_to_previous[i];
+        f->moved |= f->before[i] != identity;
+        if (i % 4 == 3)
+            f->before[i] = gtaoi_clamp(f->before[i] / gtaoi_height_unit(f->pass), -1e18f, 1e18f);
+    }
+    {
+        gtao_camera camera = l.pass.camera;
+        same_camera = s->count > 0 && memcmp(&camera, &s->camera, sizeof camera) == 0;
+        if (s->count == 0)
+            s->camera = camera;
+        f->moved = (f->moved && !frame->motion) || !same_camera;
+        f->before_fx = s->camera.fx, f->before_fy = gtaoi_fy(&s->camera);
+        f->before_cx = s->camera.cx, f->before_cy = s->camera.cy;
+        s->camera = camera;
+    }
+    return GTAO_OK;
+}
+
+GTAO_API int gtao_frame_stages(const gtao_frame_context *context) {
+    return 3 + context->passes + context->temporal + 1;
+}
+
+/* Which of the kinds of stages, and which pass of the spatial filter. */
+static int gtaoi_frame_stage(const gtao_frame_context *f, int stage, int *pass) {
+    *pass = 0;
+    if (stage < GTAOI_SPATIAL)
+        return stage;
+    *pass = stage - GTAOI_SPATIAL;
+    if (*pass < f->passes)
+        return GTAOI_SPATIAL;
+    return *pass == f->passes && f->temporal ? GTAOI_TEMPORAL : GTAOI_OUTPUT;
+}
+
+GTAO_API const char *gtao_frame_stage_name(const gtao_frame_context *context, int stage) {
+    static const char *const names[] = {"reduce", "prepare", "horizons", "spatial", "temporal", "upsample"};
+    int pass;
+    return names[gtaoi_frame_stage(context, stage, &pass)];
+}
+
+GTAO_API int gtao_frame_units(const gtao_frame_context *context, int stage) {
+    (void)stage;
+    return context->tiles_y;
+}
+
+GTAO_API void gtao_frame_run(gtao_frame_context *context, int stage, int unit_begin, int unit_end, gtao_stats *stats) {
+    gtao_stats unused;
+    int pass, kind = gtaoi_frame_stage(context, stage, &pass), y0, y1;
+    gtao_isa isa = context->pass->d.isa;
+    if (!stats)
+        memset(&unused, 0, sizeof unused), stats = &unused;
+    unit_begin = gtaoi_imax(unit_begin, 0), unit_end = gtaoi_imin(unit_end, context->tiles_y);
+    y0 = unit_begin * GTAOI_TILE_H, y1 = gtaoi_imin(unit_end * GTAOI_TILE_H, context->height);
+    switch (kind) {
+    case GTAOI_REDUCE:
+        GTAOI_DISPATCH(isa, gtaoi_reduce, (context, unit_begin, unit_end));
+        break;
+    case GTAOI_PREPARE:
+        gtaoi_judge_tiles(context, unit_begin, unit_end);
+        GTAOI_DISPATCH(isa, gtaoi_prepare, (context->pass, y0, y1));
+        break;
+    case GTAOI_HORIZONS:
+        GTAOI_DISPATCH(isa, gtaoi_visibility, (context->pass, y0, y1, stats));
+        break;
+    case GTAOI_SPATIAL:
+        GTAOI_DISPATCH(isa, gtaoi_spatial, (context, pass, y0, y1));
+        break;
+    case GTAOI_TEMPORAL:
+        GTAOI_DISPATCH(isa, gtaoi_temporal, (context, y0, y1));
+        break;
+    default:
+        GTAOI_DISPATCH(isa, gtaoi_upsample, (context, y0, y1));
+        break;
+    }
+}
+
+GTAO_API gtao_result gtao_frame(const gtao_frame_desc *frame, const gtao_output *output, void *state, size_t state_size,
+                                gtao_stats *stats) {
+    gtao_frame_context *f;
+    gtao_result result = gtao_frame_begin(frame, output, state, state_size, &f);
+    int stage;
+    if (result != GTAO_OK)
+        return result;
+    for (stage = 0; stage < gtao_frame_stages(f); stage++)
+        gtao_frame_run(f, stage, 0, gtao_frame_units(f, stage), stats);
+    return GTAO_OK;
+}
+
+GTAO_API const float *gtao_frame_plane(const gtao_frame_context *context, gtao_plane plane, int *width, int *height,
+                                       ptrdiff_t *stride) {
+    const gtao_frame_context *f = context;
+    const float *planes[6];
+    planes[GTAO_PLANE_HEIGHT] = f->height_now;
+    planes[GTAO_PLANE_RAW] = f->raw;
+    planes[GTAO_PLANE_WEIGHT] = f->raw + f->plane;
+    planes[GTAO_PLANE_FILTERED] = f->passes ? f->signal : 0;
+    planes[GTAO_PLANE_VISIBILITY] = f->result;
+    planes[GTAO_PLANE_LENGTH] = f->temporal ? f->history_now + GTAOI_HISTORY_LENGTH * f->plane : 0;
+    *width = f->width, *height = f->height, *stride = f->pitch * 4;
+    return (unsigned)plane <= GTAO_PLANE_LENGTH ? planes[plane] : 0;
+}
+
 #if defined(__clang__)
 #if defined(__i386__) && !defined(__SSE2_MATH__)
 #pragma clang attribute pop
@@ -1785,6 +2293,8 @@ GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *outp
 #define GTAOI_FRAME GTAOI_NAME(gtaoi_frame)
 #define GTAOI_SAMPLE GTAOI_NAME(gtaoi_rising)
 #define GTAOI_HORIZONS GTAOI_NAME(gtaoi_horizons)
+#define GTAOI_HISTORY GTAOI_NAME(gtaoi_history)
+#define GTAOI_TAPS GTAOI_NAME(gtaoi_block_taps)
 
 #if GTAOI_W == 1
 typedef float GV;
@@ -1996,6 +2506,49 @@ GTAOI_FI void GTAOI_NAME(gtaoi_store4)(float *p, ptrdiff_t stride, const GV in[4
 #undef GTAOI_ROWS
 #undef GTAOI_PUT_ROWS
 #endif
+
+/* Pixels of even and of odd columns, and back. */
+GTAOI_FI void GTAOI_NAME(gtaoi_load2)(const float *p, GV *even, GV *odd) {
+#if GTAOI_W == 1
+    *even = p[0], *odd = p[1];
+#elif GTAOI_W == 4 && GTAOI_X86
+    GV a = GV_LOAD(p), b = GV_LOAD(p + 4);
+    *even = _mm_shuffle_ps(a, b, 0x88), *odd = _mm_shuffle_ps(a, b, 0xdd);
+#elif GTAOI_W == 4
+    float32x4x2_t r = vld2q_f32(p);
+    *even = r.val[0], *odd = r.val[1];
+#elif GTAOI_W == 8
+    GV a = _mm256_permute2f128_ps(GV_LOAD(p), GV_LOAD(p + 8), 0x20);
+    GV b = _mm256_permute2f128_ps(GV_LOAD(p), GV_LOAD(p + 8), 0x31);
+    *even = _mm256_shuffle_ps(a, b, 0x88), *odd = _mm256_shuffle_ps(a, b, 0xdd);
+    *even = _mm256_castpd_ps(_mm256_permute4x64_pd(_mm256_castps_pd(*even), 0xd8));
+    *odd = _mm256_castpd_ps(_mm256_permute4x64_pd(_mm256_castps_pd(*odd), 0xd8));
+#else
+    const __m512i e = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+    *even = _mm512_permutex2var_ps(GV_LOAD(p), e, GV_LOAD(p + 16));
+    *odd = _mm512_permutex2var_ps(GV_LOAD(p), _mm512_add_epi32(e, _mm512_set1_epi32(1)), GV_LOAD(p + 16));
+#endif
+}
+GTAOI_FI void GTAOI_NAME(gtaoi_store2)(float *p, GV even, GV odd) {
+#if GTAOI_W == 1
+    p[0] = even, p[1] = odd;
+#elif GTAOI_W == 4 && GTAOI_X86
+    GV_STORE(p, _mm_unpacklo_ps(even, odd));
+    GV_STORE(p + 4, _mm_unpackhi_ps(even, odd));
+#elif GTAOI_W == 4
+    float32x4x2_t r;
+    r.val[0] = even, r.val[1] = odd;
+    vst2q_f32(p, r);
+#elif GTAOI_W == 8
+    GV lo = _mm256_unpacklo_ps(even, odd), hi = _mm256_unpackhi_ps(even, odd);
+    GV_STORE(p, _mm256_permute2f128_ps(lo, hi, 0x20));
+    GV_STORE(p + 8, _mm256_permute2f128_ps(lo, hi, 0x31));
+#else
+    const __m512i e = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+    GV_STORE(p, _mm512_permutex2var_ps(even, e, odd));
+    GV_STORE(p + 16, _mm512_permutex2var_ps(even, _mm512_add_epi32(e, _mm512_set1_epi32(8)), odd));
+#endif
+}
 
 /* Lane indices. */
 
@@ -2662,8 +3215,8 @@ GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const GTAOI_PIX
 /* ---- normals ---------------------------------------------------------------------------------------------------- */
 
 /* Derivative of w along one axis: of the two sides the one whose next pixel it predicts better; zero if neither side
- * is there. `has` is false outside the image. */
-GTAOI_FI GV GTAOI_NAME(gtaoi_gradient)(GV w0, GV a1, GV a2, GV b1, GV b2, GM has_a, GM has_b) {
+ * is there. `has` is false outside the image. `error`: by how much it misses. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_gradient)(GV w0, GV a1, GV a2, GV b1, GV b2, GM has_a, GM has_b, GV *error) {
     GTAOI_NO_CONTRACT
     const GV limit = GV_SET(GTAOI_SKY_LIMIT), far_off = GV_SET(FLT_MAX);
     GV ga = GV_SUB(w0, a1), gb = GV_SUB(b1, w0);
@@ -2673,6 +3226,7 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_gradient)(GV w0, GV a1, GV a2, GV b1, GV b2, GM has
     has_b = GM_AND(has_b, GV_LT(limit, b1));
     ga = GV_IF(has_a, ga), gb = GV_IF(has_b, gb);
     ea = GV_SELECT(has_a, ea, far_off), eb = GV_SELECT(has_b, eb, far_off);
+    *error = GV_MIN(ea, eb);
     return GV_SELECT(GV_LT(ea, eb), ga, GV_SELECT(GV_LT(eb, ea), gb, GV_MUL(GV_SET(0.5f), GV_ADD(ga, gb))));
 }
 
@@ -2685,7 +3239,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_derive_normals)(const gtao_context *c, GTAOI_PIXE
     int wrap = c->d.border == GTAO_BORDER_WRAP, h = c->d.height, i;
     ptrdiff_t x_at = at - gtaoi_row(c, y);
     const float *rows[5];
-    GV gx, gy, nx, ny, nz, len2, scale;
+    GV gx, gy, nx, ny, nz, len2, scale, unused;
     GM always = GV_LE(zero, zero), valid;
     for (i = -2; i <= 2; i++)
         rows[i + 2] =
@@ -2693,9 +3247,9 @@ GTAOI_FN void GTAOI_NAME(gtaoi_derive_normals)(const gtao_context *c, GTAOI_PIXE
     gx = GTAOI_NAME(gtaoi_gradient)(p->w0, GV_LOAD(at + gtaoi_tap(c, phase, -1, 0)),
                                     GV_LOAD(at + gtaoi_tap(c, phase, -2, 0)), GV_LOAD(at + gtaoi_tap(c, phase, 1, 0)),
                                     GV_LOAD(at + gtaoi_tap(c, phase, 2, 0)), wrap ? always : GV_LE(one, p->x),
-                                    wrap ? always : GV_LT(GV_ADD(p->x, one), w));
+                                    wrap ? always : GV_LT(GV_ADD(p->x, one), w), &unused);
     gy = GTAOI_NAME(gtaoi_gradient)(p->w0, GV_LOAD(rows[1]), GV_LOAD(rows[0]), GV_LOAD(rows[3]), GV_LOAD(rows[4]),
-                                    always, always);
+                                    always, always, &unused);
     nx = GV_DIV(gx, GV_SET(c->bx1)), ny = GV_DIV(gy, GV_SET(c->by1)), nz = one;
     if (!c->orthographic)
         nz = GV_SUB(GV_SUB(p->w0, GV_MUL(nx, p->rx)), GV_MUL(ny, p->ry));
@@ -2982,13 +3536,26 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
             GTAOI_SUM sum[4];
             GM active[4];
             int count = gtaoi_imin(BLOCK, d->width - x0), j, partial = mask || count < BLOCK;
+            if (c->frame && gtaoi_at_rest(c->frame, x0 / GTAOI_TILE_W, y / GTAOI_TILE_H, 2)) {
+                stats->unchanged += (uint64_t)count;
+                continue;
+            }
             int groups = period == 4 ? 4 : (count + GTAOI_W - 1) / GTAOI_W, any = 0;
             if (partial) {
                 for (g = 0; g < groups; g++)
                     for (i = 0, j = g * step; i < GTAOI_W; i++, j += period)
                         wanted[g * GTAOI_W + i] = j >= count ? -1.0f : mask ? (float)mask[x0 + j] : 1.0f;
             }
-            if (normals) {
+            if (normals && c->normal_plane) {
+                for (k = 0; k < 3; k++) {
+                    const float *from = (const float *)(const void *)normals + k * c->normal_plane + x0;
+                    GV plane[4];
+                    if (period == 4)
+                        GTAOI_NAME(gtaoi_load4)(from, 4, plane);
+                    for (g = 0; g < 4; g++)
+                        n[3 * g + k] = period == 4 ? plane[g] : GV_LOAD(from + g * GTAOI_W);
+                }
+            } else if (normals) {
                 const float *from = (const float *)(const void *)normals + (ptrdiff_t)x0 * components;
                 GTAOI_PREFETCH(from + 8 * BLOCK * components, BLOCK * components);
                 GTAOI_NAME(gtaoi_read_normals)(from, components, period, count, n);
@@ -3061,6 +3628,635 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
     }
 }
 
+/* ---- frames: reduce --------------------------------------------------------------------------------------------- */
+
+/* Heights of a row of the caller's depth from column x on, `n` of them; what lies past its end repeats its last pixel.
+ */
+GTAOI_FN void GTAOI_NAME(gtaoi_height_row)(const gtao_context *c, int x, int y, int n, float *out) {
+    const gtao_desc *d = &c->d;
+    float ry2, in[2 * GTAOI_TILE_W];
+    const float *from;
+    int i, have;
+    y = gtaoi_imin(y, d->height - 1);
+    ry2 = gtaoi_ry2(c, y);
+    from = (const float *)(const void *)((const char *)d->depth + (ptrdiff_t)y * d->depth_stride) + x;
+    have = gtaoi_imin(n, d->width - x);
+    if (have < n) {
+        for (i = 0; i < n; i++)
+            in[i] = from[gtaoi_imin(i, have - 1)];
+        from = in;
+    }
+    for (i = 0; i < n; i += GTAOI_W) {
+        GV column = GV_ADD(GV_SET((float)(x + i)), GTAOI_NAME(gtaoi_iota)());
+        GV_STORE(out + i, GTAOI_NAME(gtaoi_height)(c, GV_LOAD(from + i), column, ry2));
+    }
+}
+
+/* The height that stands for 2x2 pixels and which of them it is, 0 .. 3. Nearest and farthest ones of a plane lie at
+ * the same corner of every block, so that planes stay planes; the checkerboard's are moved to the block's centre. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_choose)(const gtao_frame_context *f, const GV w[4], GV parity, GV *which) {
+    GTAOI_NO_CONTRACT
+    const GV limit = GV_SET(GTAOI_SKY_LIMIT), zero = GV_SET(0.0f), half = GV_SET(0.5f);
+    GV nearest = w[0], farthest = GV_SELECT(GV_LT(limit, w[0]), w[0], GV_SET(FLT_MAX)), of_nearest = zero;
+    GV of_farthest = zero, chosen, across, down, scale;
+    GM far_one, smooth;
+    int i;
+    for (i = 1; i < 4; i++) {
+        GM nearer = GV_LT(nearest, w[i]), farther = GM_AND(GV_LT(limit, w[i]), GV_LT(w[i], farthest));
+        nearest = GV_SELECT(nearer, w[i], nearest), of_nearest = GV_SELECT(nearer, GV_SET((float)i), of_nearest);
+        farthest = GV_SELECT(farther, w[i], farthest), of_farthest = GV_SELECT(farther, GV_SET((float)i), of_farthest);
+    }
+    *which = of_nearest;
+    if (f->f.reduction == GTAO_REDUCE_NEAREST)
+        return nearest;
+    farthest = GV_SELECT(GV_LT(limit, nearest), farthest, nearest); /* all sky */
+    far_one = f->f.reduction == GTAO_REDUCE_FARTHEST ? GV_LE(zero, zero) : GV_LT(half, parity);
+    *which = GV_SELECT(far_one, of_farthest, of_nearest);
+    chosen = GV_SELECT(far_one, farthest, nearest);
+    if (f->f.reduction == GTAO_REDUCE_FARTHEST)
+        return chosen;
+    /* its neighbours in the block along x and y: 0 <-> 1, 2 <-> 3; 0 <-> 2, 1 <-> 3 */
+    across = GV_SELECT(GV_LT(*which, GV_SET(1.5f)), GV_SELECT(GV_LT(*which, half), w[1], w[0]),
+                       GV_SELECT(GV_LT(*which, GV_SET(2.5f)), w[3], w[2]));
+    down = GV_SELECT(GV_LT(*which, GV_SET(1.5f)), GV_SELECT(GV_LT(*which, half), w[2], w[3]),
+                     GV_SELECT(GV_LT(*which, GV_SET(2.5f)), w[0], w[1]));
+    scale = GV_ADD(GV_MUL(chosen, GV_SET(f->tolerance_scale)), GV_SET(f->tolerance_bias));
+    scale = GV_MUL(scale, half);
+    across = GV_SUB(across, chosen), down = GV_SUB(down, chosen);
+    smooth = GV_LE(GV_MAX(GV_ABS(across), GV_ABS(down)), scale);
+    return GV_ADD(chosen, GV_IF(smooth, GV_MUL(half, GV_ADD(across, down))));
+}
+
+/* The chosen pixels' normals, made unit length, motion and mask; returns whether any of them differs from before. */
+GTAOI_FN int GTAOI_NAME(gtaoi_reduce_rest)(const gtao_frame_context *f, int x0, int y, int count, const float *which) {
+    GTAOI_NO_CONTRACT
+    const gtao_desc *d = &f->full.d;
+    float *normal = f->normals + (ptrdiff_t)y * f->pitch + x0, *motion = f->motion + (ptrdiff_t)y * f->pitch + x0;
+    float to_pass = 1.0f / (float)f->scale, values[3][GTAOI_TILE_W];
+    int i, k, changed = 0, components = d->normal_components;
+    int px[GTAOI_TILE_W], py[GTAOI_TILE_W];
+    for (i = 0; i < count; i++) {
+        px[i] = gtaoi_imin((x0 + i) * f->scale + ((int)which[i] & 1), d->width - 1);
+        py[i] = gtaoi_imin(y * f->scale + ((int)which[i] >> 1), d->height - 1);
+    }
+    if (d->normals) {
+        for (i = 0; i < count; i++) {
+            const float *n =
+                (const float *)(const void *)((const char *)d->normals + (ptrdiff_t)py[i] * d->normal_stride) +
+                (ptrdiff_t)px[i] * components;
+            values[0][i] = n[0], values[1][i] = n[1], values[2][i] = n[2];
+        }
+        for (; i < GTAOI_TILE_W; i++)
+            values[0][i] = values[1][i] = values[2][i] = 0.0f;
+        for (i = 0; i < count; i += GTAOI_W) {
+            GV n[3], len2, scale;
+            GM valid;
+            for (k = 0; k < 3; k++)
+                n[k] = GV_LOAD(values[k] + i);
+            len2 = GV_ADD(GV_ADD(GV_MUL(n[0], n[0]), GV_MUL(n[1], n[1])), GV_MUL(n[2], n[2]));
+            valid = GM_AND(GV_LE(GV_SET(1e-30f), len2), GV_LE(len2, GV_SET(FLT_MAX)));
+            scale = GV_DIV(GV_SET(1.0f), GV_SQRT(len2));
+            for (k = 0; k < 3; k++) {
+                GV unit = GV_SELECT(valid, GV_MUL(n[k], scale), GV_SET(0.0f));
+                changed |= GM_BITS(GV_EQ(unit, GV_LOAD(normal + k * f->plane + i))) != GTAOI_ALL;
+                GV_STORE(normal + k * f->plane + i, unit);
+            }
+        }
+    }
+    if (f->f.motion) {
+        for (i = 0; i < count; i++) {
+            const float *m =
+                (const float *)(const void *)((const char *)f->f.motion + (ptrdiff_t)py[i] * f->f.motion_stride) +
+                (ptrdiff_t)px[i] * f->f.motion_components;
+            motion[i] = m[0] * to_pass, motion[f->plane + i] = m[1] * to_pass;
+            motion[2 * f->plane + i] = f->f.motion_components == 3 ? m[2] : 0.0f;
+            for (k = 0; k < f->f.motion_components; k++)
+                changed |= !(m[k] == 0.0f);
+        }
+    }
+    if (d->mask) {
+        uint8_t *mask = f->mask + (ptrdiff_t)y * f->pass->d.mask_stride + x0;
+        for (i = 0; i < count; i++) {
+            uint8_t any = 0;
+            for (k = 0; k < f->scale * f->scale; k++) {
+                int x = gtaoi_imin((x0 + i) * f->scale + (k & 1), d->width - 1);
+                int row = gtaoi_imin(y * f->scale + (k >> 1), d->height - 1);
+                any |= d->mask[(ptrdiff_t)row * d->mask_stride + x];
+            }
+            changed |= any != mask[i];
+            mask[i] = any;
+        }
+    }
+    return changed;
+}
+
+/* The caller's depth, normals, motion and mask to the filters' resolution, and which tiles of them changed; rows
+ * [ty0, ty1) of tiles. */
+GTAOI_FN void GTAOI_NAME(gtaoi_reduce)(const gtao_frame_context *f, int ty0, int ty1) {
+    GTAOI_NO_CONTRACT
+    const GV sky = GV_SET(GTAOI_SKY), width = GV_SET((float)f->width);
+    int tx, ty, x, y, i, k, s = f->scale;
+    for (ty = ty0; ty < ty1; ty++)
+        for (tx = 0; tx < f->tiles_x; tx++) {
+            int x0 = tx * GTAOI_TILE_W, y0 = ty * GTAOI_TILE_H, changed = 0, at = ty * f->tiles_x + tx;
+            int count = gtaoi_imin(GTAOI_TILE_W, f->width - x0), lanes = (count + GTAOI_W - 1) / GTAOI_W * GTAOI_W;
+            GV greatest = sky;
+            float greatest_lanes[GTAOI_W];
+            for (y = y0; y < gtaoi_imin(y0 + GTAOI_TILE_H, f->height); y++) {
+                float *to = f->height_now + (ptrdiff_t)y * f->pitch + x0, rows[2][2 * GTAOI_TILE_W];
+                const float *before = f->height_before + (ptrdiff_t)y * f->pitch + x0;
+                float which[GTAOI_TILE_W];
+                for (k = 0; k < s; k++)
+                    GTAOI_NAME(gtaoi_height_row)(&f->full, x0 * s, y * s + k, lanes * s, rows[k]);
+                for (i = 0; i < count; i += GTAOI_W) {
+                    GV column = GV_ADD(GV_SET((float)(x0 + i)), GTAOI_NAME(gtaoi_iota)()), w[4], height, index;
+                    if (s == 1) {
+                        height = GV_LOAD(rows[0] + i), index = GV_SET(0.0f);
+                    } else {
+                        GV half = GV_MUL(GV_ADD(column, GV_SET((float)y)), GV_SET(0.5f));
+                        GTAOI_NAME(gtaoi_load2)(rows[0] + 2 * i, &w[0], &w[1]);
+                        GTAOI_NAME(gtaoi_load2)(rows[1] + 2 * i, &w[2], &w[3]);
+                        height = GTAOI_NAME(gtaoi_choose)(
+                            f, w, GV_MUL(GV_SET(2.0f), GV_SUB(half, GTAOI_NAME(gtaoi_floor)(half))), &index);
+                    }
+                    height = GV_SELECT(GV_LT(column, width), height, sky);
+                    changed |= GM_BITS(GV_EQ(height, GV_LOAD(before + i))) != GTAOI_ALL;
+                    greatest = GV_MAX(greatest, height);
+                    GV_STORE(to + i, height);
+                    GV_STORE(which + i, index);
+                }
+                changed |= GTAOI_NAME(gtaoi_reduce_rest)(f, x0, y, count, which);
+                if (tx == f->tiles_x - 1)
+                    gtaoi_pad_plane(f, to - x0, 0);
+            }
+            GV_STORE(greatest_lanes, greatest);
+            for (x = 1; x < GTAOI_W; x++)
+                greatest_lanes[0] = gtaoi_max(greatest_lanes[0], greatest_lanes[x]);
+            /* a tile sees what was there before, too */
+            f->nearest[at] = greatest_lanes[0];
+            f->changed[at] = (uint8_t)changed;
+        }
+}
+
+/* ---- frames: spatial filter ------------------------------------------------------------------------------------- */
+
+/* How far heights may differ and still belong together. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_tolerance)(const gtao_frame_context *f, GV w) {
+    GTAOI_NO_CONTRACT
+    return GV_ADD(GV_MUL(w, GV_SET(f->tolerance_scale)), GV_SET(f->tolerance_bias));
+}
+
+/* The slope of the surface at a pixel of the height plane, zero where there is none to be trusted, and by how much it
+ * bends: first and second derivatives [J16]. */
+GTAOI_FI void GTAOI_NAME(gtaoi_slope)(const float *const rows[5], int x, GV w0, GV tolerance, GV *gx, GV *gy,
+                                      GV *bend) {
+    GTAOI_NO_CONTRACT
+    const GM always = GV_LE(tolerance, tolerance);
+    const float *at = rows[2] + x;
+    GV ex, ey;
+    GM trust_x, trust_y;
+    *gx = GTAOI_NAME(gtaoi_gradient)(w0, GV_LOAD(at - 1), GV_LOAD(at - 2), GV_LOAD(at + 1), GV_LOAD(at + 2), always,
+                                     always, &ex);
+    *gy = GTAOI_NAME(gtaoi_gradient)(w0, GV_LOAD(rows[1] + x), GV_LOAD(rows[0] + x), GV_LOAD(rows[3] + x),
+                                     GV_LOAD(rows[4] + x), always, always, &ey);
+    trust_x = GV_LE(ex, tolerance), trust_y = GV_LE(ey, tolerance);
+    *gx = GV_IF(trust_x, *gx), *gy = GV_IF(trust_y, *gy);
+    *bend = GV_ADD(GV_IF(trust_x, ex), GV_IF(trust_y, ey));
+}
+
+/* [J16] bilateral filter over up to 5x5 pixels: weights fall linearly with the distance from the pixel's plane. Means
+ * are taken of differences from the pixel itself, so that what is constant stays so to the bit. */
+GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, int y0, int y1) {
+    GTAOI_NO_CONTRACT
+    const float *window = f->window[pass > 0], *in = pass ? f->filtered[!(pass & 1)] : f->raw;
+    float *out = f->filtered[pass & 1];
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
+    int x, y, i, j, k, planes = f->bent ? 5 : 2;
+    for (y = y0; y < y1; y++) {
+        const float *heights[5], *signal[5];
+        float *to = out + (ptrdiff_t)y * f->pitch;
+        for (j = 0; j < 5; j++) {
+            heights[j] = gtaoi_plane_row(f, f->height_now, y + j - 2);
+            signal[j] = gtaoi_plane_row(f, in, y + j - 2);
+        }
+        for (x = 0; x < f->width; x += GTAOI_W) {
+            GV w0 = GV_LOAD(heights[2] + x), tolerance = GTAOI_NAME(gtaoi_tolerance)(f, w0), inv, gx, gy, bend;
+            GV centre[5], sum[5], total = zero, shares = zero;
+            GM solid = GV_LT(limit, w0), good;
+            if (x % GTAOI_TILE_W == 0 && gtaoi_at_rest(f, x / GTAOI_TILE_W, y / GTAOI_TILE_H, 1)) {
+                x += GTAOI_TILE_W - GTAOI_W;
+                continue;
+            }
+            for (k = 0; k < planes; k++)
+                centre[k] = GV_LOAD(signal[2] + k * f->plane + x), sum[k] = zero;
+            if (GM_ANY(solid)) {
+                GTAOI_NAME(gtaoi_slope)(heights, x, w0, tolerance, &gx, &gy, &bend);
+                inv = GV_DIV(one, GV_ADD(tolerance, GV_MIN(GV_ADD(bend, bend), tolerance)));
+                for (j = 0; j < 5; j++) {
+                    GV along = GV_ADD(w0, GV_MUL(gy, GV_SET((float)(j - 2))));
+                    if (window[j] == 0.0f)
+                        continue;
+                    for (i = 0; i < 5; i++) {
+                        const float *from = signal[j] + x + i - 2;
+                        GV w, share, weight;
+                        if (window[i] == 0.0f)
+                            continue;
+                        w = GV_LOAD(heights[j] + x + i - 2);
+                        share = GV_ADD(along, GV_MUL(gx, GV_SET((float)(i - 2))));
+                        share = GV_SUB(one, GV_MUL(GV_ABS(GV_SUB(w, share)), inv));
+                        share = GV_IF(GV_LT(limit, w), GV_MUL(GV_MAX(share, zero), GV_SET(window[i] * window[j])));
+                        weight = GV_MUL(share, GV_LOAD(from + f->plane));
+                        shares = GV_ADD(shares, share), total = GV_ADD(total, weight);
+                        sum[0] = GV_ADD(sum[0], GV_MUL(weight, GV_SUB(GV_LOAD(from), centre[0])));
+                        for (k = 2; k < planes; k++)
+                            sum[k] = GV_ADD(sum[k], GV_MUL(weight, GV_SUB(GV_LOAD(from + k * f->plane), centre[k])));
+                    }
+                }
+                good = GM_AND(solid, GV_LT(zero, total));
+                inv = GV_DIV(one, total);
+                centre[1] = GV_SELECT(good, GV_DIV(total, shares), centre[1]);
+                for (k = 0; k < planes; k++)
+                    if (k != 1)
+                        centre[k] = GV_SELECT(good, GV_ADD(centre[k], GV_MUL(sum[k], inv)), centre[k]);
+            }
+            for (k = 0; k < planes; k++)
+                GV_STORE(to + k * f->plane + x, centre[k]);
+        }
+        for (k = 0; k < planes; k++)
+            gtaoi_pad_plane(f, to + k * f->plane, 1);
+    }
+}
+
+/* ---- frames: temporal filter ------------------------------------------------------------------------------------ */
+
+/* Where the pixels' surfaces were in the previous frame: pixel coordinates (centres at whole numbers) and height. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_reproject)(const gtao_frame_context *f, GV x, GV y, int xi, int yi, GV w, GV *px, GV *py,
+                                        GV *pw) {
+    GTAOI_NO_CONTRACT
+    const gtao_context *c = f->pass;
+    const float *m = f->before;
+    const GV half = GV_SET(0.5f), zero = GV_SET(0.0f);
+    GM valid;
+    *px = x, *py = y, *pw = w;
+    valid = GV_LT(GV_SET(GTAOI_SKY_LIMIT), w);
+    if (f->f.motion) {
+        const float *motion = f->motion + (ptrdiff_t)yi * f->pitch + xi;
+        GV dz = GV_LOAD(motion + 2 * f->plane);
+        *px = GV_ADD(x, GV_LOAD(motion)), *py = GV_ADD(y, GV_LOAD(motion + f->plane));
+        if (f->f.motion_components == 3) {
+            dz = GV_MUL(dz, GV_SET(1.0f / gtaoi_height_unit(c)));
+            if (c->orthographic)
+                *pw = GV_SUB(w, dz);
+            else /* 1 / (1 / w + dz) */
+                *pw = GV_DIV(w, GV_ADD(GV_SET(1.0f), GV_MUL(w, dz)));
+        }
+    } else if (f->moved) {
+        GV rx, ry, rz, t, qx, qy, qz;
+        if (c->orthographic) {
+            rx = GV_ADD(x, half), ry = GV_MUL(GV_ADD(y, half), GV_SET(c->by1)), rz = GV_SUB(zero, w);
+            t = GV_SET(1.0f);
+        } else {
+            rx = GV_MUL(GV_SUB(GV_ADD(x, half), GV_SET(c->cx)), GV_SET(c->bx1));
+            ry = GV_MUL(GV_SUB(GV_ADD(y, half), GV_SET(c->cy)), GV_SET(c->by1));
+            rz = GV_SET(1.0f), t = w;
+        }
+        qx = GV_ADD(GV_ADD(GV_MUL(GV_SET(m[0]), rx), GV_MUL(GV_SET(m[1]), ry)),
+                    GV_ADD(GV_MUL(GV_SET(m[2]), rz), GV_MUL(GV_SET(m[3]), t)));
+        qy = GV_ADD(GV_ADD(GV_MUL(GV_SET(m[4]), rx), GV_MUL(GV_SET(m[5]), ry)),
+                    GV_ADD(GV_MUL(GV_SET(m[6]), rz), GV_MUL(GV_SET(m[7]), t)));
+        qz = GV_ADD(GV_ADD(GV_MUL(GV_SET(m[8]), rx), GV_MUL(GV_SET(m[9]), ry)),
+                    GV_ADD(GV_MUL(GV_SET(m[10]), rz), GV_MUL(GV_SET(m[11]), t)));
+        if (c->orthographic) {
+            *px = GV_SUB(qx, half), *py = GV_SUB(GV_DIV(qy, GV_SET(c->by1)), half), *pw = GV_SUB(zero, qz);
+        } else {
+            GV inv = GV_DIV(GV_SET(1.0f), qz);
+            valid = GM_AND(valid, GV_LT(GV_SET(1e-6f), qz));
+            *px = GV_ADD(GV_MUL(GV_MUL(qx, inv), GV_SET(f->before_fx)), GV_SET(f->before_cx - 0.5f));
+            *py = GV_ADD(GV_MUL(GV_MUL(qy, inv), GV_SET(f->before_fy)), GV_SET(f->before_cy - 0.5f));
+            *pw = GV_MUL(w, inv);
+        }
+    }
+    /* In reach of the previous image, and not NaN. */
+    valid = GM_AND(valid, GM_AND(GM_AND(GV_LT(GV_SET(-1.0f), *px), GV_LT(*px, GV_SET((float)f->width))),
+                                 GM_AND(GV_LT(GV_SET(-1.0f), *py), GV_LT(*py, GV_SET((float)f->height)))));
+    valid = GM_AND(valid, GV_LT(GV_ABS(*pw), GV_SET(1e30f)));
+    *px = GV_SELECT(valid, *px, x), *py = GV_SELECT(valid, *py, y), *pw = GV_SELECT(valid, *pw, w);
+    /* to 1/256 pixel: rounding alone must not blur a surface at rest */
+    *px = GV_MUL(GTAOI_NAME(gtaoi_nearest)(GV_MUL(*px, GV_SET(256.0f))), GV_SET(1.0f / 256.0f));
+    *py = GV_MUL(GTAOI_NAME(gtaoi_nearest)(GV_MUL(*py, GV_SET(256.0f))), GV_SET(1.0f / 256.0f));
+    return valid;
+}
+
+/* What the history holds at the reprojected pixels. */
+typedef struct GTAOI_HISTORY {
+    GV value[5]; /* sums of weight x (difference from the new frame): visibility, -, bent normal */
+    GV weight, length, speed, last, deviation;
+    GV blur; /* how far between pixels it was read: variance of the bilinear taps, pixels^2 */
+} GTAOI_HISTORY;
+
+/* [J16] each of the four bilinear taps is tested on its own, in the one direction that tells disocclusion: a history
+ * that was nearer than the surface is another's. Lanes that moved by the same whole pixels are taken together, so that
+ * all loads are contiguous. */
+GTAOI_FN void GTAOI_NAME(gtaoi_fetch_history)(const gtao_frame_context *f, int x0, GM valid, GV px, GV py, GV pw, GV gx,
+                                              GV gy, const GV *now, GTAOI_HISTORY *h) {
+    GTAOI_NO_CONTRACT
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
+    GV bx = GTAOI_NAME(gtaoi_floor)(px), by = GTAOI_NAME(gtaoi_floor)(py), fx = GV_SUB(px, bx), fy = GV_SUB(py, by);
+    GV inv = GV_DIV(one, GV_MUL(GTAOI_NAME(gtaoi_tolerance)(f, pw), GV_SET(GTAOI_DISOCCLUSION)));
+    GV step_x = GV_SUB(bx, GV_ADD(GV_SET((float)x0), GTAOI_NAME(gtaoi_iota)()));
+    float steps[GTAOI_W], rows[GTAOI_W];
+    int i, j, k, planes = f->bent ? 5 : 1;
+    memset(h, 0, sizeof *h);
+    GV_STORE(steps, step_x), GV_STORE(rows, by);
+    h->blur = GV_ADD(GV_MUL(fx, GV_SUB(one, fx)), GV_MUL(fy, GV_SUB(one, fy)));
+    while (GM_ANY(valid)) {
+        int first = GTAOI_NAME(gtaoi_first)(GM_BITS(valid)), column = x0 + (int)steps[first], row = (int)rows[first];
+        GM lanes = GM_AND(valid, GM_AND(GV_EQ(step_x, GV_SET(steps[first])), GV_EQ(by, GV_SET(rows[first]))));
+        for (j = 0; j < 2; j++) {
+            const float *heights = gtaoi_plane_row(f, f->height_before, row + j) + column;
+            const float *history = gtaoi_plane_row(f, f->history_before, row + j) + column;
+            GV wy = j ? fy : GV_SUB(one, fy), dy = GV_SUB(GV_SET((float)j), fy);
+            for (i = 0; i < 2; i++, heights++, history++) {
+                GV share = GV_MUL(i ? fx : GV_SUB(one, fx), wy), w, expected;
+                GM used = GM_AND(lanes, GV_LT(zero, share));
+                if (!GM_ANY(used))
+                    continue;
+                w = GV_LOAD(heights);
+                expected = GV_ADD(GV_ADD(pw, GV_MUL(gx, GV_SUB(GV_SET((float)i), fx))), GV_MUL(gy, dy));
+                used = GM_AND(used, GV_LT(limit, w));
+                w = GV_SUB(one, GV_MUL(GV_SUB(w, expected), inv));
+                share = GV_IF(used, GV_MUL(share, GV_MIN(GV_MAX(w, zero), one)));
+                h->weight = GV_ADD(h->weight, share);
+                h->length = GV_ADD(h->length, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_LENGTH * f->plane)));
+                h->speed = GV_ADD(h->speed, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_SPEED * f->plane)));
+                h->last = GV_ADD(h->last, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_LAST * f->plane)));
+                h->deviation =
+                    GV_ADD(h->deviation, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_DEVIATION * f->plane)));
+                for (k = 0; k < planes; k++)
+                    if (k != GTAOI_HISTORY_LENGTH)
+                        h->value[k] =
+                            GV_ADD(h->value[k], GV_MUL(share, GV_SUB(GV_LOAD(history + k * f->plane), now[k])));
+            }
+        }
+        valid = GM_ANDNOT(valid, lanes);
+    }
+}
+
+/* [J16] exponential accumulation. A pixel's history counts its frames, so that the first ones are averaged; it is at
+ * most max_history frames long, less for what moves. */
+GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int y0, int y1) {
+    GTAOI_NO_CONTRACT
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), quarter = GV_SET(0.25f), most = GV_SET((float)f->f.max_history);
+    const GV at_speed = GV_SET(gtaoi_min((float)f->f.max_history, 8.0f));
+    int x, y, j, k, planes = f->bent ? 5 : 1;
+    for (y = y0; y < y1; y++) {
+        const float *heights[5], *signal[3];
+        float *to = f->history_now + (ptrdiff_t)y * f->pitch;
+        GV row = GV_SET((float)y);
+        for (j = 0; j < 5; j++)
+            heights[j] = gtaoi_plane_row(f, f->height_now, y + j - 2);
+        for (j = 0; j < 3; j++) {
+            int at = f->pass->d.border == GTAO_BORDER_WRAP ? gtaoi_wrap(y + j - 1, f->height)
+                                                           : gtaoi_imin(gtaoi_imax(y + j - 1, 0), f->height - 1);
+            signal[j] = f->signal + (ptrdiff_t)at * f->pitch;
+        }
+        for (x = 0; x < f->width; x += GTAOI_W) {
+            GV column = GV_ADD(GV_SET((float)x), GTAOI_NAME(gtaoi_iota)()), w0 = GV_LOAD(heights[2] + x);
+            GV px, py, pw, gx = zero, gy = zero, bend, now[5], past[5], length, speed, calm, limit, alpha, moved,
+                           deviation, change;
+            GTAOI_HISTORY h;
+            GM valid, has;
+            if (x % GTAOI_TILE_W == 0 && f->rest[y / GTAOI_TILE_H * f->tiles_x + x / GTAOI_TILE_W]) {
+                const float *from = f->history_before + (ptrdiff_t)y * f->pitch + x;
+                size_t n = (size_t)gtaoi_imin(GTAOI_TILE_W, f->width - x) * sizeof(float);
+                for (k = 0; k < GTAOI_HISTORY_PLANES; k++)
+                    memcpy(to + k * f->plane + x, from + k * f->plane, n);
+                x += GTAOI_TILE_W - GTAOI_W;
+                continue;
+            }
+            for (k = 0; k < planes; k++)
+                now[k] = GV_LOAD(signal[1] + k * f->plane + x);
+            valid = GTAOI_NAME(gtaoi_reproject)(f, column, row, x, y, w0, &px, &py, &pw);
+            if (f->moved || f->f.motion)
+                GTAOI_NAME(gtaoi_slope)(heights, x, w0, GTAOI_NAME(gtaoi_tolerance)(f, w0), &gx, &gy, &bend);
+            GTAOI_NAME(gtaoi_fetch_history)(f, x, valid, px, py, pw, gx, gy, now, &h);
+
+            has = GV_LT(GV_SET(1.0f / 16.0f), h.weight);
+            limit = GV_DIV(one, GV_SELECT(has, h.weight, one));
+            for (k = 0; k < planes; k++)
+                past[k] = GV_SELECT(has, GV_ADD(now[k], GV_MUL(h.value[k], limit)), now[k]);
+            /* Shorter by the taps that were rejected, and by the detail that reading between pixels costs. */
+            length = GV_IF(has, GV_MUL(h.length, GV_SUB(one, GV_MUL(h.blur, GV_SET(GTAOI_BLUR_COST)))));
+            moved = GV_SUB(px, column), speed = GV_SUB(py, row);
+            speed = GV_SQRT(GV_ADD(GV_MUL(moved, moved), GV_MUL(speed, speed)));
+            speed = GV_IF(valid, GV_MUL(speed, GV_SET((float)f->scale)));
+            calm = GV_ABS(GV_SUB(speed, GV_SELECT(has, GV_MUL(h.speed, limit), speed)));
+            calm = GV_MAX(GV_SUB(one, GV_MUL(calm, quarter)), zero); /* [J16] velocity weight: 0 at 4 pixels a frame */
+
+            deviation = GV_IF(has, GV_MUL(h.deviation, limit));
+            change = GV_ABS(GV_SUB(now[0], GV_MUL(h.last, limit)));
+            deviation = GV_IF(has, GV_ADD(deviation, GV_MUL(GV_SET(0.125f), GV_SUB(change, deviation))));
+            change = GV_ABS(GV_SUB(now[0], past[0]));
+            if (f->f.history == GTAO_HISTORY_CLAMP) {
+                /* the four 2x2 means around the pixel, as bilinear taps at its corners fetch them; and what one frame
+                 * deviates from the history by chance */
+                GV means[4], least, greatest, window, clamped, part;
+                for (j = 0; j < 4; j++) {
+                    const float *across = signal[1] + x, *down = signal[j & 2] + x;
+                    int side = j & 1 ? 1 : -1;
+                    means[j] =
+                        GV_ADD(GV_ADD(now[0], GV_LOAD(across + side)), GV_ADD(GV_LOAD(down), GV_LOAD(down + side)));
+                    means[j] = GV_MUL(means[j], quarter);
+                }
+                least = GV_MIN(GV_MIN(means[0], means[1]), GV_MIN(GV_MIN(means[2], means[3]), now[0]));
+                greatest = GV_MAX(GV_MAX(means[0], means[1]), GV_MAX(GV_MAX(means[2], means[3]), now[0]));
+                window = GV_MUL(GV_MUL(calm, GV_SET(f->f.clamp_window)), GV_SUB(greatest, least));
+                window = GV_MAX(window, GV_MUL(deviation, GV_SET(GTAOI_CLAMP_NOISE)));
+                clamped = GV_MAX(GV_MIN(past[0], GV_ADD(greatest, window)), GV_SUB(least, window));
+                /* the rest of the signal goes as far towards the new frame as the visibility did, and as much of the
+                 * history counts no more */
+                part = GV_DIV(GV_ABS(GV_SUB(past[0], clamped)), GV_MAX(change, GV_SET(1e-12f)));
+                part = GV_MIN(part, one);
+                for (k = 2; k < planes; k++)
+                    past[k] = GV_ADD(past[k], GV_MUL(part, GV_SUB(now[k], past[k])));
+                length = GV_MUL(length, GV_SUB(one, part));
+                past[0] = clamped;
+            } else if (f->f.history == GTAO_HISTORY_VARIANCE) {
+                /* beyond three deviations (of a normal distribution: 1.25 times the mean one) the history is shortened
+                 * by the square of the excess */
+                GV chance = GV_MAX(GV_MUL(deviation, GV_SET(3.75f)), GV_SET(1e-3f));
+                GV excess = GV_DIV(chance, GV_MAX(change, chance));
+                length = GV_MUL(length, GV_MUL(excess, excess));
+            }
+
+            /* at rest max_history frames, falling to 8 at 16 pixels a frame */
+            limit =
+                GV_MAX(GV_SUB(most, GV_MUL(speed, GV_SET((float)(f->f.max_history - 8) * (1.0f / 16.0f)))), at_speed);
+            length = GV_ADD(GV_MIN(length, GV_SUB(limit, one)), one);
+            alpha = GV_DIV(one, length);
+            for (k = 0; k < planes; k++)
+                if (k != GTAOI_HISTORY_LENGTH)
+                    GV_STORE(to + k * f->plane + x, GV_ADD(past[k], GV_MUL(alpha, GV_SUB(now[k], past[k]))));
+            GV_STORE(to + GTAOI_HISTORY_LENGTH * f->plane + x, length);
+            GV_STORE(to + GTAOI_HISTORY_SPEED * f->plane + x, speed);
+            GV_STORE(to + GTAOI_HISTORY_LAST * f->plane + x, now[0]);
+            GV_STORE(to + GTAOI_HISTORY_DEVIATION * f->plane + x, deviation);
+        }
+        for (k = 0; k < GTAOI_HISTORY_PLANES; k++)
+            gtaoi_pad_plane(f, to + k * f->plane, 0);
+    }
+}
+
+/* ---- frames: output --------------------------------------------------------------------------------------------- */
+
+/* Unit bent normals of W pixels from their means; where nothing is visible or known, the normal or towards the eye. */
+GTAOI_FI void GTAOI_NAME(gtaoi_unit_bent)(const gtao_context *c, GV b[3], const GV n[3], GV x, int y) {
+    GTAOI_NO_CONTRACT
+    const GV one = GV_SET(1.0f), zero = GV_SET(0.0f);
+    GV len2 = GV_ADD(GV_ADD(GV_MUL(b[0], b[0]), GV_MUL(b[1], b[1])), GV_MUL(b[2], b[2])), scale, r[3], inv;
+    GM good = GV_LT(GV_SET(1e-12f), len2), has_normal;
+    int k;
+    scale = GV_DIV(one, GV_SQRT(len2));
+    if (GM_BITS(good) != GTAOI_ALL) {
+        r[0] = r[1] = zero, r[2] = GV_SET(-1.0f);
+        if (!c->orthographic) {
+            float ry = gtaoi_clamp(((float)y + 0.5f - c->cy) * c->by1, -GTAOI_RAY_LIMIT, GTAOI_RAY_LIMIT);
+            r[0] = GV_MUL(GV_SUB(GV_ADD(x, GV_SET(0.5f)), GV_SET(c->cx)), GV_SET(c->bx1));
+            r[0] = GV_MAX(GV_MIN(r[0], GV_SET(GTAOI_RAY_LIMIT)), GV_SET(-GTAOI_RAY_LIMIT));
+            inv = GV_DIV(GV_SET(-1.0f), GV_SQRT(GV_ADD(GV_ADD(GV_MUL(r[0], r[0]), GV_SET(ry * ry)), one)));
+            r[0] = GV_MUL(r[0], inv), r[1] = GV_MUL(GV_SET(ry), inv), r[2] = inv;
+        }
+        has_normal = GV_LT(GV_SET(0.5f), GV_ADD(GV_ADD(GV_MUL(n[0], n[0]), GV_MUL(n[1], n[1])), GV_MUL(n[2], n[2])));
+        for (k = 0; k < 3; k++)
+            b[k] = GV_SELECT(good, b[k], GV_SELECT(has_normal, n[k], r[k]));
+        scale = GV_SELECT(good, scale, one);
+    }
+    for (k = 0; k < 3; k++)
+        b[k] = GV_MUL(b[k], scale);
+}
+
+/* The four neighbours at the filters' resolution of a caller's pixel: itself's block, beside, above or below, diagonal,
+ * each with its bilinear weight times how well its height fits. */
+typedef struct GTAOI_TAPS {
+    const float *height[4]; /* the blocks' heights and signals */
+    const float *signal[4];
+    GV slack; /* what the slope of the surface alone makes of the difference between a block and its pixels */
+} GTAOI_TAPS;
+
+GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TAPS *taps, int i, GV w, GV *out) {
+    GTAOI_NO_CONTRACT
+    static const float bilinear[4] = {9.0f / 16.0f, 3.0f / 16.0f, 3.0f / 16.0f, 1.0f / 16.0f};
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
+    GV tolerance = GV_ADD(GV_MUL(GTAOI_NAME(gtaoi_tolerance)(f, w), GV_SET(0.5f)), taps->slack), inv, total = zero;
+    GV sum[5];
+    int t, k, planes = f->bent ? 5 : 1;
+    GM solid = GV_LT(limit, w);
+    for (k = 0; k < planes; k++)
+        out[k] = GV_LOAD(taps->signal[0] + k * f->plane + i), sum[k] = zero;
+    inv = GV_DIV(one, tolerance);
+    for (t = 0; t < 4; t++) {
+        GV tap = GV_LOAD(taps->height[t] + i), e = GV_MUL(GV_ABS(GV_SUB(tap, w)), inv), share, close;
+        /* full weight up to the tolerance, none at twice that; if all are beyond, the closest */
+        share = GV_MIN(GV_MAX(GV_SUB(GV_SET(2.0f), e), zero), one);
+        close = GV_DIV(GV_SET(1.0f / 64.0f), GV_ADD(one, e));
+        close = GV_MUL(close, close);
+        share = GV_MUL(GV_ADD(share, GV_MUL(close, close)), GV_SET(bilinear[t]));
+        share = GV_IF(GV_LT(limit, tap), share);
+        total = GV_ADD(total, share);
+        for (k = 0; k < planes; k++)
+            if (k != GTAOI_SIGNAL_WEIGHT)
+                sum[k] = GV_ADD(sum[k], GV_MUL(share, GV_SUB(GV_LOAD(taps->signal[t] + k * f->plane + i), out[k])));
+    }
+    inv = GV_DIV(one, total);
+    solid = GM_AND(solid, GV_LT(zero, total));
+    for (k = 0; k < planes; k++)
+        out[k] = GV_ADD(out[k], GV_IF(solid, GV_MUL(sum[k], inv)));
+    out[0] = GV_SELECT(GV_LT(limit, w), out[0], one);
+}
+
+/* Joint bilateral upsampling and output; [y0, y1) are rows of the filters. */
+GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, int y1) {
+    GTAOI_NO_CONTRACT
+    const gtao_context *c = &f->full;
+    const GV zero = GV_SET(0.0f);
+    int x, x0, y, i, j, k, r, s = f->scale, planes = f->bent ? 5 : 1;
+    for (y = y0; y < y1; y++)
+        for (r = 0; r < s && y * s + r < c->d.height; r++)
+            for (x0 = 0; x0 < f->width; x0 += GTAOI_TILE_W / 2) {
+                int full_y = y * s + r, lanes = gtaoi_imin(GTAOI_TILE_W / 2, f->width - x0);
+                int count = gtaoi_imin(GTAOI_TILE_W / 2 * s, c->d.width - x0 * s);
+                float heights[GTAOI_TILE_W], planar[4][GTAOI_TILE_W], bent[3 * GTAOI_TILE_W];
+                const float *h[3], *v[3];
+                GTAOI_TAPS even, odd;
+                for (j = -1; j <= 1; j++) {
+                    h[j + 1] = gtaoi_plane_row(f, f->height_now, y + j);
+                    v[j + 1] = gtaoi_plane_row(f, f->result, y + j);
+                }
+                if (s == 2)
+                    GTAOI_NAME(gtaoi_height_row)
+                (c, x0 * s, full_y, (lanes + GTAOI_W - 1) / GTAOI_W * GTAOI_W * 2, heights);
+                for (i = 0; i < lanes; i += GTAOI_W) {
+                    GV pixel[2][5];
+                    x = x0 + i;
+                    if (s == 1) {
+                        for (k = 0; k < planes; k++)
+                            pixel[0][k] = GV_LOAD(v[1] + k * f->plane + x);
+                    } else {
+                        int other = r ? 2 : 0;
+                        GV w0 = GV_LOAD(h[1] + x), w[2], slope_x, slope_y;
+                        slope_x = GV_MIN(GV_ABS(GV_SUB(w0, GV_LOAD(h[1] + x - 1))),
+                                         GV_ABS(GV_SUB(w0, GV_LOAD(h[1] + x + 1))));
+                        slope_y = GV_MIN(GV_ABS(GV_SUB(w0, GV_LOAD(h[0] + x))), GV_ABS(GV_SUB(w0, GV_LOAD(h[2] + x))));
+                        even.slack = GV_MUL(GV_ADD(slope_x, slope_y), GV_SET(1.25f));
+                        even.slack =
+                            GV_MIN(even.slack, GV_MAX(GV_MUL(GTAOI_NAME(gtaoi_tolerance)(f, w0), GV_SET(2.0f)), zero));
+                        odd.slack = even.slack;
+                        even.height[0] = odd.height[0] = h[1], even.signal[0] = odd.signal[0] = v[1];
+                        even.height[2] = odd.height[2] = h[other], even.signal[2] = odd.signal[2] = v[other];
+                        even.height[1] = h[1] - 1, even.height[3] = h[other] - 1;
+                        even.signal[1] = v[1] - 1, even.signal[3] = v[other] - 1;
+                        odd.height[1] = h[1] + 1, odd.height[3] = h[other] + 1;
+                        odd.signal[1] = v[1] + 1, odd.signal[3] = v[other] + 1;
+                        GTAOI_NAME(gtaoi_load2)(heights + 2 * i, &w[0], &w[1]);
+                        GTAOI_NAME(gtaoi_join)(f, &even, x, w[0], pixel[0]);
+                        GTAOI_NAME(gtaoi_join)(f, &odd, x, w[1], pixel[1]);
+                    }
+                    if (f->bent) {
+                        GV n[3];
+                        for (k = 0; k < 3; k++)
+                            n[k] =
+                                c->d.normals ? GV_LOAD(f->normals + (ptrdiff_t)y * f->pitch + k * f->plane + x) : zero;
+                        if (c->d.normals && c->transform_normals) {
+                            const float *m = c->to_view;
+                            GV t[3];
+                            for (k = 0; k < 3; k++)
+                                t[k] =
+                                    GV_ADD(GV_ADD(GV_MUL(GV_SET(m[3 * k]), n[0]), GV_MUL(GV_SET(m[3 * k + 1]), n[1])),
+                                           GV_MUL(GV_SET(m[3 * k + 2]), n[2]));
+                            n[0] = t[0], n[1] = t[1], n[2] = t[2];
+                        }
+                        for (k = 0; k < s; k++) {
+                            GV column = GV_ADD(GV_SET((float)x), GTAOI_NAME(gtaoi_iota)());
+                            if (s == 2)
+                                column = GV_ADD(GV_MUL(column, GV_SET(2.0f)), GV_SET((float)k));
+                            GTAOI_NAME(gtaoi_unit_bent)(c, pixel[k] + 2, n, column, full_y);
+                        }
+                    }
+                    for (k = 0; k < planes; k++)
+                        if (k != GTAOI_SIGNAL_WEIGHT) {
+                            float *to = planar[k ? k - 1 : 0] + i * s;
+                            if (s == 1)
+                                GV_STORE(to, pixel[0][k]);
+                            else
+                                GTAOI_NAME(gtaoi_store2)(to, pixel[0][k], pixel[1][k]);
+                        }
+                }
+                for (i = 0; f->bent && i < count; i++)
+                    bent[3 * i] = planar[1][i], bent[3 * i + 1] = planar[2][i], bent[3 * i + 2] = planar[3][i];
+                gtaoi_store(c, x0 * s, full_y, count, planar[0], bent, 0);
+            }
+}
+
 #undef GTAOI_FN
 #undef GTAOI_FI
 #undef GTAOI_ALL
@@ -3071,6 +4267,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
 #undef GTAOI_HORIZONS
 #undef GTAOI_SAMPLE
 #undef GTAOI_SUM
+#undef GTAOI_HISTORY
+#undef GTAOI_TAPS
 #undef GV_SET
 #undef GV_LOAD
 #undef GV_STORE
