@@ -275,7 +275,20 @@ static uint32_t shaded(const paint *p, int x, int y, size_t i) {
     }
     const float *albedo = r->buffers.albedo + 3 * i;
     float v = p->settings->no_occlusion ? 1.0f : r->visibility[i];
-    light_at(p, (p->settings->no_occlusion || p->settings->no_bent ? r->buffers.normals : r->bent) + 3 * i, light);
+    const float *n = r->buffers.normals + 3 * i, *bent = r->bent + 3 * i;
+    float direction[3] = {n[0], n[1], n[2]};
+    if (!p->settings->no_occlusion && !p->settings->no_bent) {
+        /* Filters wash detail out of bent normals; where little is hidden the surface's own normal is nearer to truth. */
+        float square = 0.0f, scale;
+        for (int k = 0; k < 3; ++k) {
+            direction[k] = mix(bent[k], n[k], v * v);
+            square += direction[k] * direction[k];
+        }
+        scale = 1.0f / sqrtf(square > 1e-12f ? square : 1.0f);
+        for (int k = 0; k < 3; ++k)
+            direction[k] *= scale;
+    }
+    light_at(p, direction, light);
     for (int k = 0; k < 3; ++k)
         rgb[k] = albedo[k] * light[k] * (p->settings->no_bounce ? v : gtao_multi_bounce_series(v, albedo[k]));
     return pack_linear(p, rgb);
