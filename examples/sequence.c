@@ -3,8 +3,9 @@
  *
  *     build/sequence [--size WxH] [--threads N] [DIRECTORY]      (480x270, all processors, build/demo-sequence)
  *
- * writes DIRECTORY/error.txt (a line a frame), strip.png, and frame000.png ... for the animation. The camera rests,
- * moves, rests while the hoop moves, and cuts to another view. */
+ * writes DIRECTORY/error.txt (a line a frame: its number; for each variant the root mean square and the mean of the
+ * error, and its flicker, the root mean square of the error's change on a surface since the frame before), strip.png, and
+ * frame000.png ... for the animation. The camera rests, moves, rests while the hoop moves, and cuts to another view. */
 #include "gtao.h"
 
 #include "canvas.h"
@@ -53,8 +54,8 @@ typedef struct variant {
     const char *name;
     render_settings settings;
     render_memory memory;
-    float *visibility;
-    double rmse, mean;
+    float *visibility, *error, *error_before; /* infinite where there is no surface */
+    double rmse, mean, flicker;
 } variant;
 
 typedef struct reference {
@@ -105,15 +106,39 @@ static int compute_reference(const gtao_desc *frame, reference *ref, pool *worke
     return 1;
 }
 
-static void compare(const renderer *r, const float *truth, variant *v) {
-    double sum = 0, squares = 0, count = 0;
-    for (size_t i = 0; i < (size_t)r->width * (size_t)r->height; ++i)
-        if (isfinite(r->buffers.depth[i])) {
-            double e = (double)v->visibility[i] - (double)truth[i];
-            sum += e, squares += e * e, count += 1;
+/* Where pixel i's surface was in the previous frame, or -1 where that did not see it. */
+static ptrdiff_t pixel_before(const renderer *r, const float *depth_before, size_t i) {
+    const float *motion = r->buffers.motion + 3 * i;
+    float x = floorf((float)(i % (size_t)r->width) + 0.5f + motion[0]);
+    float y = floorf((float)(i / (size_t)r->width) + 0.5f + motion[1]);
+    float z = r->buffers.depth[i] + motion[2];
+    if (!(x >= 0.0f && y >= 0.0f && x < (float)r->width && y < (float)r->height))
+        return -1;
+    ptrdiff_t before = (ptrdiff_t)y * r->width + (ptrdiff_t)x;
+    return fabsf(depth_before[before] - z) < 0.02f * z ? before : -1;
+}
+
+static void compare(const renderer *r, const float *depth_before, const float *truth, variant *v) {
+    double sum = 0, squares = 0, count = 0, changes = 0, changed = 0;
+    float *swap = v->error;
+    v->error = v->error_before;
+    v->error_before = swap;
+    for (size_t i = 0; i < (size_t)r->width * (size_t)r->height; ++i) {
+        v->error[i] = HUGE_VALF;
+        if (!isfinite(r->buffers.depth[i]))
+            continue;
+        double e = (double)v->visibility[i] - (double)truth[i];
+        ptrdiff_t before = pixel_before(r, depth_before, i);
+        v->error[i] = (float)e;
+        sum += e, squares += e * e, count += 1;
+        if (before >= 0) {
+            double change = e - (double)v->error_before[before];
+            changes += change * change, changed += 1;
         }
+    }
     v->mean = count > 0 ? sum / count : 0;
     v->rmse = count > 0 ? sqrt(squares / count) : 0;
+    v->flicker = changed > 0 ? sqrt(changes / changed) : 0;
 }
 
 /* ---- pictures ----------------------------------------------------------------------------------------------------- */
@@ -164,7 +189,9 @@ typedef struct sequence {
     variant variants[VARIANTS];
     reference reference;
     image strip, tiles;
-    int strip_tile;          /* pixels across */
+    int strip_tile; /* pixels across */
+    float *depth_before;
+    double rmse[VARIANTS][FRAMES], flicker[VARIANTS][FRAMES];
     char text[FRAMES * 160]; /* error.txt */
     size_t text_length;
 } sequence;
@@ -254,16 +281,19 @@ static int run_frame(sequence *s, int frame) {
     }
     for (int k = 0; k < VARIANTS; ++k) {
         variant *v = s->variants + k;
-        compare(&s->renderer, s->reference.mean, v);
-        s->text_length += (size_t)snprintf(s->text + s->text_length, sizeof s->text - s->text_length, " %.5f %+.5f",
-                                           v->rmse, v->mean);
+        compare(&s->renderer, s->depth_before, s->reference.mean, v);
+        s->rmse[k][frame] = v->rmse;
+        s->flicker[k][frame] = v->flicker;
+        s->text_length += (size_t)snprintf(s->text + s->text_length, sizeof s->text - s->text_length,
+                                           " %.5f %+.5f %.5f", v->rmse, v->mean, cut ? 0.0 : v->flicker);
     }
     s->text_length += (size_t)snprintf(s->text + s->text_length, sizeof s->text - s->text_length, "\n");
+    memcpy(s->depth_before, s->renderer.buffers.depth, (size_t)s->width * (size_t)s->height * sizeof *s->depth_before);
     add_to_strip(s, frame);
     return frame % 3 || add_to_animation(s, frame);
 }
 
-/* Mean and largest error of each variant over the parts of the path. */
+/* Means over the parts of the path. */
 static void print_summary(const sequence *s) {
     static const struct {
         const char *name;
@@ -273,26 +303,18 @@ static void print_summary(const sequence *s) {
                  {"hoop moves", REST + CAMERA, CUT_FRAME},
                  {"cut, first frame", CUT_FRAME, CUT_FRAME + 1},
                  {"cut, from the 7th", CUT_FRAME + 6, CUT_FRAME + 12}};
-    printf("%-18s", "RMSE of visibility");
+    printf("visibility, RMSE / flicker");
     for (int k = 0; k < VARIANTS; ++k)
-        printf(" %20s", s->variants[k].name);
+        printf(" %18s", s->variants[k].name);
     printf("\n");
     for (size_t p = 0; p < sizeof parts / sizeof *parts; ++p) {
-        double sum[VARIANTS] = {0};
-        const char *line = s->text;
-        for (int frame = 0; frame < FRAMES; ++frame, line = strchr(line, '\n') + 1) {
-            char *at;
-            strtol(line, &at, 10);
-            for (int k = 0; k < VARIANTS; ++k) {
-                double rmse = strtod(at, &at);
-                strtod(at, &at);
-                if (frame >= parts[p].first && frame < parts[p].last)
-                    sum[k] += rmse / (parts[p].last - parts[p].first);
-            }
+        printf("%-26s", parts[p].name);
+        for (int k = 0; k < VARIANTS; ++k) {
+            double rmse = 0, flicker = 0, frames = parts[p].last - parts[p].first;
+            for (int frame = parts[p].first; frame < parts[p].last; ++frame)
+                rmse += s->rmse[k][frame] / frames, flicker += s->flicker[k][frame] / frames;
+            printf("    %6.4f / %6.4f", rmse, flicker);
         }
-        printf("%-18s", parts[p].name);
-        for (int k = 0; k < VARIANTS; ++k)
-            printf(" %20.4f", sum[k]);
         printf("\n");
     }
 }
@@ -321,23 +343,26 @@ static int create(sequence *s) {
     size_t pixels = (size_t)s->width * (size_t)s->height;
     variant *v = s->variants;
     s->strip_tile = s->width * 2 / 3;
-    v[NOISY].name = "one frame", v[SPATIAL].name = "spatial", v[TEMPORAL].name = "spatial+temporal";
-    v[HALF].name = "at half resolution";
+    v[NOISY].name = "one frame", v[SPATIAL].name = "spatial", v[TEMPORAL].name = "spatial + temporal";
+    v[HALF].name = "half resolution";
     v[NOISY].settings.no_spatial = 1;
     v[NOISY].settings.no_temporal = v[SPATIAL].settings.no_temporal = 1;
     for (int k = 0; k < VARIANTS; ++k) {
         v[k].settings.no_half = k != HALF;
         v[k].settings.radius = 1.0f;
         v[k].visibility = malloc(pixels * sizeof *v[k].visibility);
-        if (!v[k].visibility)
+        v[k].error = malloc(pixels * sizeof *v[k].error);
+        v[k].error_before = malloc(pixels * sizeof *v[k].error_before);
+        if (!v[k].visibility || !v[k].error || !v[k].error_before)
             return 0;
     }
+    s->depth_before = calloc(pixels, sizeof *s->depth_before); /* 0: nothing was seen */
     s->reference.one = malloc(pixels * sizeof *s->reference.one);
     s->reference.mean = malloc(pixels * sizeof *s->reference.mean);
     s->workers = pool_create(s->threads);
     court_build(&s->mesh);
     s->view = raster_view_of(s->width, s->height, 45, 0.02);
-    return s->reference.one && s->reference.mean && s->workers &&
+    return s->depth_before && s->reference.one && s->reference.mean && s->workers &&
            render_create(&s->renderer, &s->mesh, s->width, s->height) &&
            image_create(&s->strip, COLUMNS * (s->strip_tile + GAP) - GAP, HEADER + STRIP_ROWS * (s->height + LABEL), 3,
                         &error) &&
@@ -348,7 +373,10 @@ static void destroy(sequence *s) {
     for (int k = 0; k < VARIANTS; ++k) {
         free(s->variants[k].memory.state);
         free(s->variants[k].visibility);
+        free(s->variants[k].error);
+        free(s->variants[k].error_before);
     }
+    free(s->depth_before);
     free(s->reference.scratch);
     free(s->reference.one);
     free(s->reference.mean);
