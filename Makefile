@@ -133,9 +133,10 @@ demo-sequence: build/sequence | build/setup/sequence
 	@echo 'build/demo-sequence: sequence.png, strip.png, error.svg, error.txt'
 
 # QUICK=1: small images and few settings into build/bench/; otherwise also the figures and tables that docs/ shows.
-bench: $(bench_programs) | build/setup/figures
+bench: $(bench_programs) build/viewer | build/setup/figures
 	build/bench-run $(if $(QUICK),--quick)
 	build/bench_multibounce $(if $(QUICK),--size 120x68 --paths 50,--size 240x135 --paths 200) > build/bench/multibounce.txt
+	build/viewer --benchmark --threads 2 $(if $(QUICK),--frames 5) > build/bench/viewer.txt
 	tests/bench/publish.sh $(if $(QUICK),,docs)
 
 test: $(suite_programs) $(programs) | build/setup/test

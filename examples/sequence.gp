@@ -22,7 +22,7 @@ plot data u 1:2 w l lw 2 lc rgb GREY, data u 1:5 w l lw 2 lc rgb ORANGE, \
 
 unset label; set tmargin at screen 0.57; set bmargin at screen 0.21
 set yrange [0.0005:0.4]; set ytics ("0.001" 0.001, "0.01" 0.01, "0.1" 0.1)
-set ylabel "its change from frame to frame"; set xlabel "frame"; set format x "%g"
+set ylabel "change between frames"; set xlabel "frame"; set format x "%g"
 set key at screen 0.53, 0.06 center horizontal maxrows 2 samplen 2 spacing 1.2
 shown(v) = v > 0 ? v : NaN # nothing to compare a first frame with
 plot data u 1:(shown($4)) w l lw 2 lc rgb GREY title "one frame", \

@@ -63,7 +63,7 @@ static void print_help(void) {
          "  --threads N            (all processors)\n"
          "  --frames N             stop after N frames (--screenshot, --benchmark: 30)\n"
          "  --screenshot FILE      the last frame, .png; no window unless --window is given\n"
-         "  --benchmark            the milliseconds of each stage with and without occlusion; no window\n\n"
+         "  --benchmark            milliseconds of each stage, with occlusion and without; no window\n\n"
          "drag: turn     right drag: move     wheel: nearer, farther     r: reset     space: stop what moves\n"
          "1 occlusion  2 half resolution  3 spatial filter  4 temporal filter  5 interreflection  6 bent normals\n"
          "s shaded  v visibility  b bent normals  d depth  n normals  a albedo  m motion  (tab: the next)\n"
@@ -269,37 +269,82 @@ static int take_screenshot(app *a) {
 
 /* ---- benchmark ---------------------------------------------------------------------------------------------------- */
 
-/* Median times of a camera that circles the scene, with occlusion and without. */
-static int benchmark(app *a) {
-    enum { MAX_FRAMES = 1000 };
-    static double times[17][MAX_FRAMES];
-    const char *names[17] = {NULL};
-    double totals[2];
-    int frames = a->options->frames ? a->options->frames : 30;
-    frames = frames > MAX_FRAMES ? MAX_FRAMES : frames;
-    printf("%dx%d, %d thread%s, %zu triangles, %d frames\n", a->renderer.width, a->renderer.height,
-           pool_threads(a->workers), pool_threads(a->workers) > 1 ? "s" : "", a->mesh.triangle_count, frames);
-    for (int without = 0; without < 2; ++without) {
-        a->settings.no_occlusion = without;
-        reset_camera(a);
-        a->frame = 0;
-        for (int i = -3; i < frames; ++i) { /* three to warm up */
+enum { BENCH_RUNS = 4, BENCH_STAGES = 16, BENCH_FRAMES = 1000 };
+
+typedef struct bench_run {
+    const char *title;
+    int no_half, no_occlusion, rest;
+    const char *names[BENCH_STAGES];
+    double ms[BENCH_STAGES], total; /* medians */
+    int stages;
+} bench_run;
+
+static int bench(app *a, bench_run *run, int frames) {
+    static double times[BENCH_STAGES + 1][BENCH_FRAMES];
+    const renderer *r = &a->renderer;
+    a->settings.no_half = run->no_half;
+    a->settings.no_occlusion = run->no_occlusion;
+    reset_camera(a);
+    a->frame = 0;
+    for (int i = run->rest ? -90 : -8; i < frames; ++i) { /* some to warm up and fill the history */
+        if (!run->rest)
             a->yaw += 0.01;
-            if (!next_frame(a, 1.0 / 30.0))
-                return 0;
-            for (int s = 0; i >= 0 && s < a->renderer.stage_count; ++s) {
-                names[s] = a->renderer.stages[s].name;
-                times[s][i] = a->renderer.stages[s].ms;
-            }
-            if (i >= 0)
-                times[16][i] = render_total_ms(&a->renderer);
-        }
-        totals[without] = cli_median(times[16], frames);
-        for (int s = 0; s < a->renderer.stage_count; ++s)
-            printf("  %-12s %7.2f ms\n", names[s], cli_median(times[s], frames));
+        if (!next_frame(a, 1.0 / 30.0))
+            return 0;
+        for (int s = 0; i >= 0 && s < r->stage_count; ++s)
+            times[s][i] = r->stages[s].ms;
+        if (i >= 0)
+            times[BENCH_STAGES][i] = render_total_ms(r);
     }
-    printf("with occlusion    %7.2f ms %6.1f frames a second\nwithout occlusion %7.2f ms %6.1f frames a second\n",
-           totals[0], 1e3 / totals[0], totals[1], 1e3 / totals[1]);
+    run->stages = r->stage_count;
+    run->total = cli_median(times[BENCH_STAGES], frames);
+    for (int s = 0; s < run->stages; ++s) {
+        run->names[s] = r->stages[s].name;
+        run->ms[s] = cli_median(times[s], frames);
+    }
+    return 1;
+}
+
+static double bench_ms(const bench_run *run, const char *name) {
+    for (int s = 0; s < run->stages; ++s)
+        if (strcmp(run->names[s], name) == 0)
+            return run->ms[s];
+    return 0.0;
+}
+
+/* A table in Markdown: the camera circles the scene, or rests while the hoop flies. */
+static int benchmark(app *a) {
+    bench_run runs[BENCH_RUNS] = {{.title = "half resolution"},
+                                  {.title = "full resolution", .no_half = 1},
+                                  {.title = "half, camera at rest", .rest = 1},
+                                  {.title = "no occlusion", .no_occlusion = 1}};
+    int frames = a->options->frames ? a->options->frames : 30;
+    frames = frames > BENCH_FRAMES ? BENCH_FRAMES : frames;
+    for (int k = 0; k < BENCH_RUNS; ++k)
+        if (!bench(a, runs + k, frames))
+            return 0;
+    printf("%dx%d, %d thread%s, %zu triangles, medians of %d frames, ms:\n\n| stage |", a->renderer.width,
+           a->renderer.height, pool_threads(a->workers), pool_threads(a->workers) > 1 ? "s" : "",
+           a->mesh.triangle_count, frames);
+    for (int k = 0; k < BENCH_RUNS; ++k)
+        printf(" %s |", runs[k].title);
+    printf("\n|---|--:|--:|--:|--:|\n");
+    for (int s = 0; s < runs[0].stages; ++s) { /* which has every stage */
+        printf("| %s |", runs[0].names[s]);
+        for (int k = 0; k < BENCH_RUNS; ++k)
+            if (bench_ms(runs + k, runs[0].names[s]) > 0.0)
+                printf(" %.2f |", bench_ms(runs + k, runs[0].names[s]));
+            else
+                printf(" |");
+        printf("\n");
+    }
+    printf("| **all** |");
+    for (int k = 0; k < BENCH_RUNS; ++k)
+        printf(" %.1f |", runs[k].total);
+    printf("\n| **frames a second** |");
+    for (int k = 0; k < BENCH_RUNS; ++k)
+        printf(" %.1f |", 1e3 / runs[k].total);
+    printf("\n");
     return 1;
 }
 

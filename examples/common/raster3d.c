@@ -395,6 +395,8 @@ static void shade_rows(void *user, int thread, int begin, int end) {
     (void)thread;
     /* The sky moves with the camera's rotation only. */
     raster_pose back = raster_inverse(&v->world_to_view), turn = raster_compose(&v->world_to_view_before, &back);
+    if (memcmp(&v->world_to_view, &v->world_to_view_before, sizeof back) == 0)
+        turn = raster_identity(); /* to the last bit: at rest means that */
     for (int y = begin; y < end; ++y)
         for (int x = 0; x < v->width; ++x) {
             size_t i = (size_t)y * (size_t)v->width + (size_t)x;

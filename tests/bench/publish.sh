@@ -258,12 +258,14 @@ awk -F, "$less"' $1 != "pooled" && $9 == "plain" {
 # What the program printed, as it is.
 { echo '```'; cat build/bench/multibounce.txt; echo '```'; } > $out/multibounce.md
 
+cp build/bench/viewer.txt $out/viewer.md
+
 # ---- docs -----------------------------------------------------------------------------------------------------------
 
 [ "${1-}" = docs ] || exit 0
 for f in build/bench/bench_*.svg; do cp "$f" docs/figures/; done
 cp build/bench/crops.png docs/figures/bench_crops.png
-for page in README.md docs/benchmark.md docs/accuracy.md; do
+for page in README.md docs/benchmark.md docs/accuracy.md docs/viewer.md; do
     awk -v dir=$out '
         /^<!-- begin: / {
             print; file = dir "/" $3 ".md"

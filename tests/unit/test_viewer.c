@@ -215,7 +215,7 @@ static void motion_is_that_of_the_surface(void **state) {
     raster_view_advance(&view); /* at rest: exactly nothing */
     draw(&m, &view, 2);
     for (int i = 0; i < 3 * PIXELS; ++i)
-        assert_true(isfinite(motion[i]) && !(fabsf(motion[i]) > (i % 3 == 2 ? 0.0f : 1e-12f)));
+        assert_true(fabsf(motion[i]) <= 0.0f);
     mesh_free(&m);
 }
 
@@ -451,7 +451,7 @@ static void benchmark_prints_a_table(void **state) {
     text[fread(text, 1, sizeof text - 1, file)] = 0;
     fclose(file);
     assert_non_null(strstr(text, "64x64, 2 threads"));
-    assert_non_null(strstr(text, "without occlusion"));
+    assert_non_null(strstr(text, "no occlusion"));
     assert_non_null(strstr(text, "frames a second"));
 }
 
