@@ -6,7 +6,7 @@
 # make bench      error against run time, beside other methods, into build/bench/ and docs/; QUICK=1: a look in 2 minutes
 # make fuzz       libFuzzer for FUZZ_SECONDS (60); make msan: golden hashes and the corpus under MemorySanitizer
 # make golden     rewrite tests/data/golden.txt (after a deliberate change of the results)
-# make figures    docs/figures/*.gp to svg, and the README's picture from the demo
+# make figures    docs/figures/*.gp to svg, and the pictures in README and docs/ from the demos and the viewer
 # make format, make check-format, make coverage, make clean
 #
 # config=debug|release|sanitize|thread|coverage chooses the flags; objects of each are kept apart.
@@ -133,10 +133,11 @@ demo-sequence: build/sequence | build/setup/sequence
 	@echo 'build/demo-sequence: sequence.png, strip.png, error.svg, error.txt'
 
 # QUICK=1: small images and few settings into build/bench/; otherwise also the figures and tables that docs/ shows.
-bench: $(bench_programs) build/viewer | build/setup/figures
+bench: $(bench_programs) build/viewer build/sequence | build/setup/figures
 	build/bench-run $(if $(QUICK),--quick)
 	build/bench_multibounce $(if $(QUICK),--size 120x68 --paths 50,--size 240x135 --paths 200) > build/bench/multibounce.txt
 	build/viewer --benchmark --threads 2 $(if $(QUICK),--frames 5) > build/bench/viewer.txt
+	$(if $(QUICK),,build/sequence build/bench/sequence > build/bench/sequence.txt)
 	tests/bench/publish.sh $(if $(QUICK),,docs)
 
 test: $(suite_programs) $(programs) | build/setup/test
@@ -160,8 +161,11 @@ fuzz: | build/setup/fuzz
 msan: | build/setup/fuzz
 	@tests/run.sh tests/fuzz/msan.sh
 
-figures: demo | build/setup/figures
+figures: demo demo-sequence build/viewer | build/setup/figures
 	cp build/demo/strip.png docs/figures/demo.png
+	cp build/demo-sequence/error.svg docs/figures/sequence.svg
+	cp build/demo-sequence/frame034.png docs/figures/sequence.png
+	build/viewer --size 1120x630 --frames 40 --screenshot docs/figures/viewer.png
 	@for f in docs/figures/*.gp; do echo "gnuplot $$f" && gnuplot $$f > $${f%.gp}.svg || exit 1; done
 
 sources := $(wildcard *.h examples/*.[ch] examples/common/*.[ch] tests/*/*.[ch])

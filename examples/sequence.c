@@ -293,27 +293,30 @@ static int run_frame(sequence *s, int frame) {
     return frame % 3 || add_to_animation(s, frame);
 }
 
-/* Means over the parts of the path. */
+/* Means over the parts of the path, as a table in Markdown. */
 static void print_summary(const sequence *s) {
     static const struct {
         const char *name;
         int first, last;
-    } parts[] = {{"at rest, last 6", REST - 6, REST},
+    } parts[] = {{"at rest, last 6 frames", REST - 6, REST},
                  {"camera moves", REST, REST + CAMERA},
                  {"hoop moves", REST + CAMERA, CUT_FRAME},
-                 {"cut, first frame", CUT_FRAME, CUT_FRAME + 1},
-                 {"cut, from the 7th", CUT_FRAME + 6, CUT_FRAME + 12}};
-    printf("visibility, RMSE / flicker");
+                 {"first frame after the cut", CUT_FRAME, CUT_FRAME + 1},
+                 {"6th to 11th", CUT_FRAME + 6, CUT_FRAME + 12}};
+    printf("| RMSE of visibility (change of the error) |");
     for (int k = 0; k < VARIANTS; ++k)
-        printf(" %18s", s->variants[k].name);
-    printf("\n");
+        printf(" %s |", s->variants[k].name);
+    printf("\n|---|--:|--:|--:|--:|\n");
     for (size_t p = 0; p < sizeof parts / sizeof *parts; ++p) {
-        printf("%-26s", parts[p].name);
+        printf("| %s |", parts[p].name);
         for (int k = 0; k < VARIANTS; ++k) {
             double rmse = 0, flicker = 0, frames = parts[p].last - parts[p].first;
             for (int frame = parts[p].first; frame < parts[p].last; ++frame)
                 rmse += s->rmse[k][frame] / frames, flicker += s->flicker[k][frame] / frames;
-            printf("    %6.4f / %6.4f", rmse, flicker);
+            printf(" %.4f", rmse);
+            if (parts[p].first != CUT_FRAME) /* which has nothing to change from */
+                printf(" (%.4f)", flicker);
+            printf(" |");
         }
         printf("\n");
     }

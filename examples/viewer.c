@@ -201,7 +201,7 @@ static int open_scene(app *a) {
     if (!a->options->obj) {
         a->built_in = 1;
         court_build(&a->mesh);
-        a->settings.radius = 1.0f;
+        a->settings.radius = 1.25f;
     } else {
         if (!mesh_read_obj(a->options->obj, &a->mesh, error, sizeof error))
             return error_line("%s", error);

@@ -74,7 +74,7 @@ static void probe_of_dome(float matrix[3][4][4]) {
 /* A filmic curve (Narkowicz 2015, ACES filmic tone mapping curve), then sRGB. */
 static void tone_table(unsigned char encode[4096]) {
     for (int i = 0; i < 4096; ++i) {
-        float v = 0.62f * ((float)i + 0.5f) / 1024.0f, t = v * (2.51f * v + 0.03f) / (v * (2.43f * v + 0.59f) + 0.14f);
+        float v = 0.56f * ((float)i + 0.5f) / 1024.0f, t = v * (2.51f * v + 0.03f) / (v * (2.43f * v + 0.59f) + 0.14f);
         color c = {t, t, t};
         encode[i] = (unsigned char)(color_encode(c).r * 255.0f + 0.5f);
     }

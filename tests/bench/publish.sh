@@ -259,6 +259,7 @@ awk -F, "$less"' $1 != "pooled" && $9 == "plain" {
 { echo '```'; cat build/bench/multibounce.txt; echo '```'; } > $out/multibounce.md
 
 cp build/bench/viewer.txt $out/viewer.md
+[ ! -e build/bench/sequence.txt ] || cp build/bench/sequence.txt $out/sequence.md
 
 # ---- docs -----------------------------------------------------------------------------------------------------------
 
