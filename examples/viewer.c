@@ -182,6 +182,7 @@ static void reset_camera(app *a) {
     vec3 lowest, highest;
     mesh_bounds(&a->mesh, &lowest, &highest);
     a->size = 0.5 * v3_length(v3_sub(highest, lowest));
+    a->size = a->size > 1e-9 ? a->size : 1;
     if (a->built_in) {
         a->target = v3(0.15, 1.0, -1.0);
         a->yaw = 0.42, a->pitch = 0.30, a->distance = 8.2;

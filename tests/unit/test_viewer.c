@@ -381,10 +381,10 @@ static void bad_obj_is_refused(void **state) {
 
 static char said[4096]; /* on standard error, by the last run */
 
-/* Runs build/viewer on `arguments`, in which @ stands for the directory. The exit status, or -1. */
-static int run(const char *arguments) {
+/* Runs a program on `arguments`, in which @ stands for the directory. The exit status, or -1. */
+static int run_program(const char *program, const char *arguments) {
     char command[4096];
-    size_t n = (size_t)snprintf(command, sizeof command, "exec build/viewer ");
+    size_t n = (size_t)snprintf(command, sizeof command, "exec build/%s ", program);
     for (const char *a = arguments; *a; ++a)
         n += (size_t)snprintf(command + n, sizeof command - n, *a == '@' ? "%s" : "%.1s", *a == '@' ? directory : a);
     snprintf(command + n, sizeof command - n, " >%s 2>%s", in_directory("stdout"), in_directory("stderr"));
@@ -394,6 +394,10 @@ static int run(const char *arguments) {
     if (file)
         fclose(file);
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+static int run(const char *arguments) {
+    return run_program("viewer", arguments);
 }
 
 /* The picture a.png has the size asked for and is not blank: its brightness varies, and it has many colours. */
@@ -456,8 +460,26 @@ static void benchmark_prints_a_table(void **state) {
 }
 
 /* One line that names what is wrong, status 2, no file. */
+static void check_refusals(const char *program, const char *const bad[][2], size_t count) {
+    for (size_t i = 0; i < count; ++i) {
+        int status = run_program(program, bad[i][0]);
+        size_t lines = 0;
+        for (const char *c = said; *c; ++c)
+            lines += *c == '\n';
+        if (status != 2 || lines != 1 || !strstr(said, bad[i][1]))
+            fail_msg("%s: status %d, %s", bad[i][0], status, said);
+        assert_true(access(in_directory("a.png"), F_OK) != 0);
+    }
+}
+
 static void bad_options_are_named(void **state) {
     (void)state;
+    static const char *const of_sequence[][2] = {
+        {"--size 1x1", "--size 1x1"},
+        {"--threads 0", "--threads 0"},
+        {"--nonsense", "--nonsense"},
+        {"@/none/none", "none/none"},
+    };
     static const char *const bad[][2] = {
         {"--nonsense", "--nonsense"},
         {"--size 20", "--size 20"},
@@ -475,15 +497,8 @@ static void bad_options_are_named(void **state) {
         {"@/none.obj --screenshot @/a.png", "none.obj: cannot be read"},
         {"a.obj b.obj", "b.obj"},
     };
-    for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
-        int status = run(bad[i][0]);
-        size_t lines = 0;
-        for (const char *c = said; *c; ++c)
-            lines += *c == '\n';
-        if (status != 2 || lines != 1 || !strstr(said, bad[i][1] + (bad[i][1][0] == '@')))
-            fail_msg("%s: status %d, %s", bad[i][0], status, said);
-        assert_true(access(in_directory("a.png"), F_OK) != 0);
-    }
+    check_refusals("viewer", bad, sizeof bad / sizeof *bad);
+    check_refusals("sequence", of_sequence, sizeof of_sequence / sizeof *of_sequence);
 }
 
 static void no_display_is_said(void **state) {
@@ -526,8 +541,12 @@ static void window_shows_the_scene(void **state) {
     if (got > 0) {
         display[1 + strcspn(display + 1, "\r\n")] = 0;
         setenv("DISPLAY", display, 1);
+        setenv("ASAN_OPTIONS", "detect_leaks=0", 1); /* what lies under SDL leaks, and has races of its own */
+        setenv("TSAN_OPTIONS", "ignore_noninstrumented_modules=1", 1);
         status = run("--window --screenshot @/a.png --frames 4 --size 640x480");
         unsetenv("DISPLAY");
+        unsetenv("ASAN_OPTIONS");
+        unsetenv("TSAN_OPTIONS");
     }
     kill(server, SIGTERM);
     waitpid(server, NULL, 0);
