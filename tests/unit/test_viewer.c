@@ -459,6 +459,36 @@ static void benchmark_prints_a_table(void **state) {
     assert_non_null(strstr(text, "frames a second"));
 }
 
+/* All of the sequence, small: each stage does its part, before and after the cut. */
+static void sequence_is_denoised(void **state) {
+    (void)state;
+    enum { NOISY, SPATIAL, TEMPORAL, VARIANTS = 4, FRAMES = 168, REST = 36, CUT = 132 };
+    double rmse[VARIANTS][FRAMES], flicker[VARIANTS][FRAMES], mean;
+    if (run_program("sequence", "--size 64x64 @/sequence"))
+        fail_msg("%s", said);
+    FILE *file = fopen(in_directory("sequence/error.txt"), "r");
+    assert_non_null(file);
+    for (int i = 0, frame; i < FRAMES; ++i) {
+        assert_int_equal(fscanf(file, "%d", &frame), 1);
+        assert_int_equal(frame, i);
+        for (int k = 0; k < VARIANTS; ++k)
+            assert_int_equal(fscanf(file, "%lf %lf %lf", &rmse[k][i], &mean, &flicker[k][i]), 3);
+    }
+    fclose(file);
+    for (int k = 0; k < 2; ++k) {
+        int last = (k ? FRAMES : REST) - 1;
+        assert_true(rmse[SPATIAL][last] < 0.8 * rmse[NOISY][last]);
+        assert_true(rmse[TEMPORAL][last] < rmse[SPATIAL][last]);
+        assert_true(flicker[TEMPORAL][last] < 0.1 * flicker[SPATIAL][last]);
+    }
+    assert_true(rmse[TEMPORAL][CUT] < 1.2 * rmse[SPATIAL][CUT]); /* nothing of the view before */
+    char command[512];
+    snprintf(command, sizeof command, "cd %s && test -s strip.png && test -s frame055.png && rm *.png error.txt",
+             in_directory("sequence"));
+    assert_int_equal(system(command), 0);
+    assert_int_equal(rmdir(in_directory("sequence")), 0);
+}
+
 /* One line that names what is wrong, status 2, no file. */
 static void check_refusals(const char *program, const char *const bad[][2], size_t count) {
     for (size_t i = 0; i < count; ++i) {
@@ -569,6 +599,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(screenshot_needs_no_display, setup, teardown),
         cmocka_unit_test_setup_teardown(obj_is_shown, setup, teardown),
         cmocka_unit_test_setup_teardown(benchmark_prints_a_table, setup, teardown),
+        cmocka_unit_test_setup_teardown(sequence_is_denoised, setup, teardown),
         cmocka_unit_test_setup_teardown(bad_options_are_named, setup, teardown),
         cmocka_unit_test_setup_teardown(no_display_is_said, setup, teardown),
         cmocka_unit_test_setup_teardown(window_shows_the_scene, setup, teardown),
