@@ -4,8 +4,9 @@
  *     build/sequence [--size WxH] [--threads N] [DIRECTORY]      (480x270, all processors, build/demo-sequence)
  *
  * writes DIRECTORY/error.txt (a line a frame: its number; for each variant the root mean square and the mean of the
- * error, and its flicker, the root mean square of the error's change on a surface since the frame before), strip.png, and
- * frame000.png ... for the animation. The camera rests, moves, rests while the hoop moves, and cuts to another view. */
+ * error, and its flicker, the root mean square of the error's change since the frame before where visibility is smooth),
+ * strip.png, and frame000.png ... for the animation. The camera rests, moves, rests while the hoop moves, and cuts to
+ * another view. */
 #include "gtao.h"
 
 #include "canvas.h"
@@ -118,6 +119,15 @@ static ptrdiff_t pixel_before(const renderer *r, const float *depth_before, size
     return fabsf(depth_before[before] - z) < 0.02f * z ? before : -1;
 }
 
+/* Away from edges of the truth, where a shift by part of a pixel alone would change the error. */
+static int is_smooth(const renderer *r, const float *truth, size_t i) {
+    size_t x = i % (size_t)r->width, y = i / (size_t)r->width, row = (size_t)r->width;
+    if (x == 0 || y == 0 || x + 1 == row || y + 1 == (size_t)r->height)
+        return 0;
+    return fabsf(truth[i] - truth[i - 1]) < 0.03f && fabsf(truth[i] - truth[i + 1]) < 0.03f &&
+           fabsf(truth[i] - truth[i - row]) < 0.03f && fabsf(truth[i] - truth[i + row]) < 0.03f;
+}
+
 static void compare(const renderer *r, const float *depth_before, const float *truth, variant *v) {
     double sum = 0, squares = 0, count = 0, changes = 0, changed = 0;
     float *swap = v->error;
@@ -131,7 +141,7 @@ static void compare(const renderer *r, const float *depth_before, const float *t
         ptrdiff_t before = pixel_before(r, depth_before, i);
         v->error[i] = (float)e;
         sum += e, squares += e * e, count += 1;
-        if (before >= 0) {
+        if (before >= 0 && is_smooth(r, truth, i)) {
             double change = e - (double)v->error_before[before];
             changes += change * change, changed += 1;
         }
