@@ -383,7 +383,8 @@ typedef struct gtao_frame_desc {
     int no_spatial;        /* nonzero: no spatial filter */
     int spatial_passes;    /* 1..3; 0: 1. The first covers 4x4 pixels, the others smooth what is left */
     float depth_tolerance; /* relative difference of depth from the pixel's plane at which another's weight has fallen
-                            * to zero; orthographic: difference over the radius. 0: 0.1 [J16] */
+                            * to zero; orthographic: difference over the radius. [J16] takes 0.1; 0: what a pixel
+                            * measures at its depth, which halves the error (docs/accuracy.md) */
 
     int no_temporal; /* nonzero: no history */
     gtao_history history;
@@ -596,9 +597,11 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #define GTAOI_LANES 16         /* widest group */
 #define GTAOI_CHUNK 64         /* samples whose offsets are remapped at once at clamped and wrapped borders */
 #define GTAOI_NEAR 8           /* first samples in every-pixel mode whose taps also bound them from above */
-#define GTAOI_CLAMP_NOISE 1.5f /* the clamp's least window, in mean changes of a pixel from frame to frame */
+#define GTAOI_CLAMP_NOISE 1.2f /* the clamp's least window, in mean changes of a pixel from frame to frame */
 #define GTAOI_BLUR_COST 0.6f /* part of its length that a history loses when read in the middle of two pixels, x 1/4 */
-#define GTAOI_DISOCCLUSION 0.25f   /* part of depth_tolerance that tells one surface from another in time */
+#define GTAOI_DISOCCLUSION 0.025f /* relative difference of depth that tells one surface from another in time */
+#define GTAOI_TOLERANCE_PX 1.0f   /* the spatial filter's default, in pixel footprints */
+#define GTAOI_UPSAMPLE 1.0f
 #define GTAOI_SAME_SURFACE_PX 4.0f /* neighbours within so many pixel footprints in depth are one surface */
 
 /* ---- scalar helpers, in the papers' order ----------------------------------------------------------------------- */
@@ -1738,13 +1741,14 @@ struct gtao_frame_context {
     float *normals, *motion;      /* planes x, y, z of the chosen pixels: unit normals, motion in pixels */
     uint8_t *mask;                /* rows of pass->d.mask_stride bytes */
     int tiles_x, tiles_y;
-    uint8_t *changed, *rest;               /* of each tile: inputs changed now; at rest, history stands still */
-    uint16_t *still;                       /* frames since its horizons last could change */
-    float *nearest;                        /* greatest height */
-    float tolerance_scale, tolerance_bias; /* of height differences: scale w + bias */
-    float ray_max;                         /* greatest |r| */
-    int moved;                             /* the camera */
-    float before[12];                      /* view_to_previous, translation in units of the heights */
+    uint8_t *changed, *rest;                     /* of each tile: inputs changed now; at rest, history stands still */
+    uint16_t *still;                             /* frames since its horizons last could change */
+    float *nearest;                              /* greatest height */
+    float tolerance_scale, tolerance_bias;       /* of height differences: scale w + bias; in space, */
+    float disocclusion_scale, disocclusion_bias; /* in time */
+    float ray_max;                               /* greatest |r| */
+    int moved;                                   /* the camera */
+    float before[12];                            /* view_to_previous, translation in units of the heights */
     float before_fx, before_fy, before_cx, before_cy; /* previous camera, filters' resolution */
     float window[2][5];                               /* weights of the first pass and of the others, offsets -2 .. 2 */
     int window_shift;                                 /* first pass: its window covers -2 .. 1 or -1 .. 2 */
@@ -2094,8 +2098,6 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     f->bent = l.bent, f->passes = l.passes, f->temporal = l.temporal;
     f->pitch = l.pitch, f->plane = floats;
     f->tiles_x = l.tiles_x, f->tiles_y = l.tiles_y;
-    if (f->f.depth_tolerance == 0.0f)
-        f->f.depth_tolerance = 0.1f;
     if (f->f.clamp_window == 0.0f)
         f->f.clamp_window = 0.5f;
     if (!f->f.max_history)
@@ -2155,8 +2157,15 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     f->pass->normal_plane = frame->desc.normals ? floats : 0;
     f->pass->frame = f;
 
-    f->tolerance_scale = f->pass->orthographic ? 0.0f : f->f.depth_tolerance;
-    f->tolerance_bias = f->pass->orthographic ? f->f.depth_tolerance * gtaoi_min(f->pass->reach, 1e15f) : 0.0f;
+    if (frame->depth_tolerance > 0.0f) {
+        f->tolerance_scale = f->pass->orthographic ? 0.0f : frame->depth_tolerance;
+        f->tolerance_bias = f->pass->orthographic ? frame->depth_tolerance * gtaoi_min(f->pass->reach, 1e15f) : 0.0f;
+    } else {
+        f->tolerance_scale = f->pass->orthographic ? 0.0f : GTAOI_TOLERANCE_PX * 0.5f * (f->pass->bx1 + f->pass->by1);
+        f->tolerance_bias = f->pass->orthographic ? GTAOI_TOLERANCE_PX : 0.0f;
+    }
+    f->disocclusion_scale = f->pass->orthographic ? 0.0f : GTAOI_DISOCCLUSION;
+    f->disocclusion_bias = f->pass->orthographic ? GTAOI_DISOCCLUSION * gtaoi_min(f->pass->reach, 1e15f) : 0.0f;
     x = gtaoi_max(f->pass->cx, (float)f->width - f->pass->cx) * f->pass->bx1;
     y = gtaoi_max(f->pass->cy, (float)f->height - f->pass->cy) * f->pass->by1;
     f->ray_max = f->pass->orthographic ? 1.0f : sqrtf(gtaoi_min(x * x + y * y + 1.0f, 1e30f));
@@ -3978,7 +3987,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_fetch_history)(const gtao_frame_context *f, int x
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
     GV bx = GTAOI_NAME(gtaoi_floor)(px), by = GTAOI_NAME(gtaoi_floor)(py), fx = GV_SUB(px, bx), fy = GV_SUB(py, by);
-    GV inv = GV_DIV(one, GV_MUL(GTAOI_NAME(gtaoi_tolerance)(f, pw), GV_SET(GTAOI_DISOCCLUSION)));
+    GV inv = GV_DIV(one, GV_ADD(GV_MUL(pw, GV_SET(f->disocclusion_scale)), GV_SET(f->disocclusion_bias)));
     GV step_x = GV_SUB(bx, GV_ADD(GV_SET((float)x0), GTAOI_NAME(gtaoi_iota)()));
     float steps[GTAOI_W], rows[GTAOI_W];
     int i, j, k, planes = f->bent ? 5 : 1;
@@ -4163,7 +4172,8 @@ GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TA
     GTAOI_NO_CONTRACT
     static const float bilinear[4] = {9.0f / 16.0f, 3.0f / 16.0f, 3.0f / 16.0f, 1.0f / 16.0f};
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
-    GV tolerance = GV_ADD(GV_MUL(GTAOI_NAME(gtaoi_tolerance)(f, w), GV_SET(0.5f)), taps->slack), inv, total = zero;
+    GV tolerance = GV_ADD(GV_MUL(GTAOI_NAME(gtaoi_tolerance)(f, w), GV_SET(GTAOI_UPSAMPLE)), taps->slack), inv,
+       total = zero;
     GV sum[5];
     int t, k, planes = f->bent ? 5 : 1;
     GM solid = GV_LT(limit, w);
