@@ -1,12 +1,13 @@
 # make            build every program into build/
 # make demo       pictures of a real scene in build/demo/
+# make demo-sequence  a moving camera and a moving thing through the denoiser, in build/demo-sequence
 # make test       every test; make suites: only the cmocka suites, make determinism: only the golden hashes
 # make strict     every language standard, compiler, target and optimisation level, warnings as errors
 # make bench      error against run time, beside other methods, into build/bench/ and docs/; QUICK=1: a look in 2 minutes
 # make specular   that part of make bench which is about specular occlusion: docs/specular.md and its pictures
 # make fuzz       libFuzzer for FUZZ_SECONDS (60); make msan: golden hashes and the corpus under MemorySanitizer
 # make golden     rewrite tests/data/golden.txt (after a deliberate change of the results)
-# make figures    docs/figures/*.gp to svg, and the README's picture from the demo
+# make figures    docs/figures/*.gp to svg, and the pictures in README and docs/ from the demos and the viewer
 # make format, make check-format, make coverage, make clean
 #
 # config=debug|release|sanitize|thread|coverage chooses the flags; objects of each are kept apart.
@@ -60,7 +61,7 @@ bench_programs := $(foreach f,$(benches),$(call program_of,$(f)))
 suite_programs := $(foreach f,$(suites),build/tests/$(basename $(notdir $(f))))
 objects = $(patsubst %.c,$(obj)/%.o,$(1))
 
-.PHONY: all demo test suites determinism golden strict bench specular fuzz msan figures format check-format coverage clean FORCE
+.PHONY: all demo demo-sequence test suites determinism golden strict bench specular fuzz msan figures format check-format coverage clean FORCE
 .DELETE_ON_ERROR:
 .PRECIOUS: build/setup/%
 all: $(programs)
@@ -69,7 +70,7 @@ all: $(programs)
 
 # Packages a part of the build needs; before any compiling, so that no header is missing.
 build/setup/%: tests/setup.sh
-	@tests/setup.sh $*
+	@tests/setup.sh $* $(if $(filter viewer,$*),|| echo 'build/viewer: without a window')
 	@mkdir -p $(@D) && touch $@
 
 # Files that change only when their text does: recompile on other flags, relink on another configuration.
@@ -109,7 +110,12 @@ $(1): $(call objects,$(2)) $(3) build/obj/config
 	$$(Q)$$(CC) $$(cflags) $(call objects,$(2)) $(3) -Wl,--as-needed $(4) $$(libs) -o $$@
 endef
 
-$(foreach f,$(examples),$(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/common.a,$(exr_libs))))
+$(call objects,examples/common/raster3d.c examples/common/render.c): private cflags += $(if $(filter release,$(config)),-O3)
+# Without SDL2 the viewer is built without a window.
+$(call objects,examples/viewer.c): | build/setup/viewer
+sdl_libs = $(if $(wildcard /usr/include/SDL2/SDL.h),-lSDL2)
+$(foreach f,$(examples),$(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/common.a,\
+  $(exr_libs) $(if $(filter examples/viewer.c,$(f)),$$(sdl_libs)))))
 $(foreach f,$(suites),\
   $(eval $(call program,build/tests/$(basename $(notdir $(f))),$(f),$(obj)/reference.a $(obj)/common.a,$(exr_libs) -lcmocka)))
 $(foreach f,$(benches),\
@@ -120,11 +126,20 @@ $(foreach f,$(benches),\
 demo: build/demo-sheet
 	build/demo-sheet
 
+# The animation runs at 10 frames a second, every third one of the sequence's.
+demo-sequence: build/sequence | build/setup/sequence
+	build/sequence build/demo-sequence
+	gnuplot examples/sequence.gp > build/demo-sequence/error.svg
+	apngasm build/demo-sequence/sequence.png build/demo-sequence/frame000.png 1 10 -z0 > /dev/null
+	@echo 'build/demo-sequence: sequence.png, strip.png, error.svg, error.txt'
+
 # QUICK=1: small images and few settings into build/bench/; otherwise also the figures and tables that docs/ shows.
-bench: $(bench_programs) build/lut build/tests/test_specular | build/setup/figures
+bench: $(bench_programs) build/lut build/tests/test_specular build/viewer build/sequence | build/setup/figures
 	build/bench-run $(if $(QUICK),--quick)
 	build/bench_multibounce $(if $(QUICK),--size 120x68 --paths 50,--size 240x135 --paths 200) > build/bench/multibounce.txt
 	build/bench_directional $(if $(QUICK),--size 120x68 --rays 144) > build/bench/directional.txt
+	build/viewer --benchmark --threads 2 $(if $(QUICK),--frames 5) > build/bench/viewer.txt
+	$(if $(QUICK),,build/sequence build/bench/sequence > build/bench/sequence.txt)
 	tests/bench/publish.sh $(if $(QUICK),,docs)
 	tests/bench/specular.sh $(if $(QUICK),--quick,docs)
 
@@ -153,8 +168,11 @@ fuzz: | build/setup/fuzz
 msan: | build/setup/fuzz
 	@tests/run.sh tests/fuzz/msan.sh
 
-figures: demo | build/setup/figures
+figures: demo demo-sequence build/viewer | build/setup/figures
 	cp build/demo/strip.png docs/figures/demo.png
+	cp build/demo-sequence/error.svg docs/figures/sequence.svg
+	cp build/demo-sequence/frame034.png docs/figures/sequence.png
+	build/viewer --size 1120x630 --frames 40 --screenshot docs/figures/viewer.png
 	@for f in docs/figures/*.gp; do echo "gnuplot $$f" && gnuplot $$f > $${f%.gp}.svg || exit 1; done
 
 sources := $(wildcard *.h examples/*.[ch] examples/common/*.[ch] tests/*/*.[ch])

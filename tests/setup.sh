@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Checks for what the named parts of the build need and installs what is missing (Debian 12).
 #
-#   tests/setup.sh PART...      parts: build, test, strict, fuzz, figures, format, bench
+#   tests/setup.sh PART...      parts: build, viewer, sequence, test, strict, fuzz, figures, format, bench
 #
 # gtao.h itself needs a C99 compiler and nothing else; this is for the programs and tests around it. Without the right
 # to install, it prints the one line to run and exits with status 1.
 set -u
 
-usage="usage: tests/setup.sh build|test|strict|fuzz|figures|format|bench..."
+usage="usage: tests/setup.sh build|viewer|sequence|test|strict|fuzz|figures|format|bench..."
 missing=()
 
 # need PACKAGE COMMAND...: the package is missing if the command fails.
@@ -39,7 +39,13 @@ for part in "$@"; do
         need libopenexr-dev header OpenEXR/openexr.h
         need libstb-dev header stb/stb_image_write.h
         ;;
+    viewer) need libsdl2-dev header SDL2/SDL.h ;;
+    sequence)
+        need apngasm tool apngasm
+        need gnuplot-nox tool gnuplot
+        ;;
     test)
+        need xvfb tool Xvfb
         need libcmocka-dev test -e /usr/include/cmocka.h
         need clang tool clang
         need gcc-i686-linux-gnu tool i686-linux-gnu-gcc

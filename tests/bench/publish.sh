@@ -285,10 +285,13 @@ awk -F, '$2 == "cost" { if ($4 == "ns") { v += $5; b += $6; n++ } else sh += $5 
 # What the program printed, as it is.
 { echo '```'; cat build/bench/multibounce.txt; echo '```'; } > $out/multibounce.md
 
+cp build/bench/viewer.txt $out/viewer.md
+[ ! -e build/bench/sequence.txt ] || cp build/bench/sequence.txt $out/sequence.md
+
 # ---- docs -----------------------------------------------------------------------------------------------------------
 
 [ "${1-}" = docs ] || exit 0
 for f in build/bench/bench_*.svg; do cp "$f" docs/figures/; done
 cp build/bench/crops.png docs/figures/bench_crops.png
 cp build/bench/directional.png docs/figures/bench_directional.png
-exec tests/bench/insert.sh $out README.md docs/benchmark.md docs/accuracy.md docs/directional.md
+exec tests/bench/insert.sh $out README.md docs/benchmark.md docs/accuracy.md docs/directional.md docs/viewer.md

@@ -289,7 +289,7 @@ void trace_few_rows(const trace *t, const view *v, int rays, float *visibility, 
     rays = rays < 1 ? 1 : rays > MOST ? MOST : rays;
     for (int s = 0; s < rays; ++s) {
         /* Hammersley points in azimuth order: neighbours in a packet are neighbours in space. */
-        double u = radical_inverse((uint32_t)s), azimuth = 2 * BENCH_PI * (s + 0.5) / rays;
+        double u = radical_inverse((uint32_t)s), azimuth = 2 * V3_PI * (s + 0.5) / rays;
         lift[s] = u + 0.5 / rays, cosine[s] = cos(azimuth), sine[s] = sin(azimuth);
     }
     vec3 dir[PACKET];
@@ -303,7 +303,7 @@ void trace_few_rows(const trace *t, const view *v, int rays, float *visibility, 
             double noise[2] = {0, 0};
             if (surface)
                 pixel_noise(x, y, noise);
-            double turn = 2 * BENCH_PI * noise[0], c = cos(turn), q = sin(turn);
+            double turn = 2 * V3_PI * noise[0], c = cos(turn), q = sin(turn);
             for (int s = 0; surface && s < rays; ++s) {
                 double u = lift[s] + noise[1];
                 u -= floor(u);
