@@ -177,6 +177,7 @@ extern "C" {
     X(GTAO_ERROR_CLAMP_WINDOW, "clamp_window: must be zero (default) or finite and positive")                          \
     X(GTAO_ERROR_VIEW_TO_PREVIOUS, "view_to_previous: must be finite")                                                 \
     X(GTAO_ERROR_MOTION, "motion_stride, motion_components: 0 (2), 2 or 3 floats, rows apart by multiples of 4 bytes") \
+    X(GTAO_ERROR_FRAME_ARCS, "desc.thickness_map, back, layers: not in frames, only a constant thickness")             \
     X(GTAO_ERROR_STATE, "state, context: null, or smaller than gtao_frame_state_size()")
 
 typedef enum gtao_result {
@@ -1838,7 +1839,7 @@ enum { /* planes of a signal, as in gtao_output.signal; those of the history */
 typedef struct gtaoi_settings {
     uint32_t magic;
     int i[28];
-    float f[8];
+    float f[9];
 } gtaoi_settings;
 
 /* A plane is `pitch` floats a row, one row more than the image (nothing: sky or zero), GTAOI_PAD columns around. */
@@ -1892,6 +1893,8 @@ static gtao_result gtaoi_check_frame(const gtao_frame_desc *f) {
     result = gtaoi_check_desc(&f->desc);
     if (result != GTAO_OK)
         return result;
+    if (f->desc.thickness_map || f->desc.back || f->desc.layer_count > 0)
+        return GTAO_ERROR_FRAME_ARCS;
     if ((unsigned)f->reduction > GTAO_REDUCE_CHECKERBOARD)
         return GTAO_ERROR_REDUCTION;
     if (f->spatial_passes < 0 || f->spatial_passes > 3)
@@ -2151,8 +2154,8 @@ static void gtaoi_frame_settings(const gtao_frame_desc *f, const gtaoi_frame_lay
                      l->motion,
                      d->mask != 0,
                      (int)d->depth_kind};
-    const float x[] = {d->radius,          d->falloff,      d->step_power, d->thin_blend,
-                       f->depth_tolerance, f->clamp_window, d->camera.sx,  d->camera.sy};
+    const float x[] = {d->radius,       d->falloff,   d->step_power, d->thin_blend, f->depth_tolerance,
+                       f->clamp_window, d->camera.sx, d->camera.sy,  d->thickness};
     memset(s, 0, sizeof *s);
     s->magic = 0x6f617467u;
     memcpy(s->i, i, sizeof i);

@@ -106,6 +106,21 @@ enum { NULL_DESC = 1, NULL_OUTPUT = 2 };
     X(thin_blend_negative, GTAO_ERROR_THIN_BLEND, c->desc.thin_blend = -0.01f)                                         \
     X(thin_blend_large, GTAO_ERROR_THIN_BLEND, c->desc.thin_blend = 1.01f)                                             \
     X(thin_blend_nan, GTAO_ERROR_THIN_BLEND, c->desc.thin_blend = float_nan())                                         \
+    X(thickness_negative, GTAO_ERROR_THICKNESS, c->desc.thickness = -0.01f)                                            \
+    X(thickness_nan, GTAO_ERROR_THICKNESS, c->desc.thickness = float_nan())                                            \
+    X(thickness_map_stride_short, GTAO_ERROR_THICKNESS_MAP, behind(&c->desc, 1, 4 * WIDTH - 4))                        \
+    X(thickness_map_stride_odd, GTAO_ERROR_THICKNESS_MAP, behind(&c->desc, 1, 4 * WIDTH + 2))                          \
+    X(back_stride_short, GTAO_ERROR_BACK, behind(&c->desc, 2, 4 - 4 * WIDTH))                                          \
+    X(back_stride_odd, GTAO_ERROR_BACK, behind(&c->desc, 2, 4 * WIDTH + 1))                                            \
+    X(layers_null, GTAO_ERROR_LAYERS, c->desc.layer_count = 1)                                                         \
+    X(layers_negative, GTAO_ERROR_LAYERS, c->desc.layer_count = -1)                                                    \
+    X(layers_many, GTAO_ERROR_LAYERS, layers(&c->desc, GTAO_MAX_LAYERS + 1, 0, 0))                                     \
+    X(layers_depth_null, GTAO_ERROR_LAYERS, layers(&c->desc, 3, 0, 0))                                                 \
+    X(layers_depth_stride, GTAO_ERROR_LAYERS, layers(&c->desc, 2, 4 * WIDTH - 4, 0))                                   \
+    X(layers_back_stride, GTAO_ERROR_LAYERS, layers(&c->desc, 2, 0, 4 * WIDTH + 2))                                    \
+    X(thickness_memo, GTAO_ERROR_ARCS, (c->desc.thickness = 1, c->desc.estimator = GTAO_ESTIMATOR_MEMO))               \
+    X(back_thin_blend, GTAO_ERROR_ARCS, (behind(&c->desc, 2, 0), c->desc.thin_blend = 0.5f))                           \
+    X(layers_memo, GTAO_ERROR_ARCS, (layers(&c->desc, 1, 0, 0), c->desc.estimator = GTAO_ESTIMATOR_MEMO))              \
     X(estimator_unknown, GTAO_ERROR_ESTIMATOR, c->desc.estimator = (gtao_estimator)2)                                  \
     X(weighting_unknown, GTAO_ERROR_WEIGHTING, c->desc.weighting = (gtao_weighting)2)                                  \
     X(noise_unknown, GTAO_ERROR_NOISE, c->desc.noise = (gtao_noise)3)                                                  \
@@ -142,6 +157,22 @@ static void ortho(gtao_desc *d, float sx, float sy) {
     d->camera.projection = GTAO_ORTHOGRAPHIC;
     d->camera.sx = sx;
     d->camera.sy = sy;
+}
+
+static void behind(gtao_desc *d, int which, ptrdiff_t stride) {
+    if (which == 1)
+        d->thickness_map = d->depth, d->thickness_stride = stride;
+    else
+        d->back = d->depth, d->back_stride = stride;
+}
+
+/* Two layers; the last has a back. */
+static void layers(gtao_desc *d, int count, ptrdiff_t stride, ptrdiff_t back_stride) {
+    static gtao_layer layer[GTAO_MAX_LAYERS + 1];
+    memset(layer, 0, sizeof layer);
+    layer[0].depth = layer[1].depth = layer[1].back = d->depth;
+    layer[1].depth_stride = stride, layer[1].back_stride = back_stride;
+    d->layers = layer, d->layer_count = count;
 }
 
 #define DEFINE(name, expected, change)                                                                                 \
