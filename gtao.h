@@ -392,7 +392,7 @@ GTAO_API int gtao_isa_available(gtao_isa isa);    /* compiled in and supported h
 typedef enum gtao_reduction { /* of a block of 2x2 pixels to one at half resolution */
                               GTAO_REDUCE_NEAREST = 0,
                               GTAO_REDUCE_FARTHEST = 1,
-                              GTAO_REDUCE_CHECKERBOARD = 2 /* both in turn, moved to the block's centre on slopes */
+                              GTAO_REDUCE_CHECKERBOARD = 2 /* both in turn */
 } gtao_reduction;
 
 typedef enum gtao_history {
@@ -1992,6 +1992,13 @@ static void gtaoi_pad_plane(const gtao_frame_context *f, float *row, int replica
         row[i] = row[wrap ? gtaoi_wrap(i, w) : w - 1];
 }
 
+/* Height of the pixel that the last block of an odd image lacks, from the two before it: so that planes go on. */
+static float gtaoi_beyond(const gtao_frame_context *f, float a, float b) {
+    GTAOI_NO_CONTRACT
+    float d = a - b, tolerance = (f->full.orthographic ? 1.0f : a) * f->full.same_surface;
+    return a > GTAOI_SKY_LIMIT && d <= tolerance && -d <= tolerance ? a + d : a;
+}
+
 /* Whether all tiles within `ring` of this one are at rest. */
 static int gtaoi_at_rest(const gtao_frame_context *f, int tx, int ty, int ring) {
     int x, y;
@@ -2243,7 +2250,7 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     gtaoi_resolve(&frame->desc, output, &full_layout, &f->full);
     if (f->full.orthographic) { /* heights in pixels of the filters' resolution */
         float inv = 1.0f / (float)f->scale;
-        f->full.w_scale *= inv, f->full.w_bias *= inv;
+        f->full.w_scale *= inv, f->full.w_bias *= inv, f->full.same_surface *= inv;
         if (frame->desc.depth_kind == GTAO_DEPTH_DEVICE)
             f->full.w_far *= inv;
     }
@@ -2722,8 +2729,6 @@ GTAOI_FI void GTAOI_NAME(gtaoi_load2)(const float *p, GV *even, GV *odd) {
     GV a = _mm256_permute2f128_ps(GV_LOAD(p), GV_LOAD(p + 8), 0x20);
     GV b = _mm256_permute2f128_ps(GV_LOAD(p), GV_LOAD(p + 8), 0x31);
     *even = _mm256_shuffle_ps(a, b, 0x88), *odd = _mm256_shuffle_ps(a, b, 0xdd);
-    *even = _mm256_castpd_ps(_mm256_permute4x64_pd(_mm256_castps_pd(*even), 0xd8));
-    *odd = _mm256_castpd_ps(_mm256_permute4x64_pd(_mm256_castps_pd(*odd), 0xd8));
 #else
     const __m512i e = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
     *even = _mm512_permutex2var_ps(GV_LOAD(p), e, GV_LOAD(p + 16));
@@ -4398,8 +4403,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_height_row)(const gtao_context *c, int x, int y, 
     }
 }
 
-/* The height that stands for 2x2 pixels and which of them it is, 0 .. 3. Nearest and farthest ones of a plane lie at
- * the same corner of every block, so that planes stay planes; the checkerboard's are moved to the block's centre. */
+/* The height that stands for 2x2 pixels and which of them it is, 0 .. 3; within one surface moved to the block's
+ * centre, so that planes stay the planes that the normals tell. */
 GTAOI_FI GV GTAOI_NAME(gtaoi_choose)(const gtao_frame_context *f, const GV w[4], GV parity, GV *which) {
     GTAOI_NO_CONTRACT
     const GV limit = GV_SET(GTAOI_SKY_LIMIT), zero = GV_SET(0.0f), half = GV_SET(0.5f);
@@ -4412,22 +4417,18 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_choose)(const gtao_frame_context *f, const GV w[4],
         nearest = GV_SELECT(nearer, w[i], nearest), of_nearest = GV_SELECT(nearer, GV_SET((float)i), of_nearest);
         farthest = GV_SELECT(farther, w[i], farthest), of_farthest = GV_SELECT(farther, GV_SET((float)i), of_farthest);
     }
-    *which = of_nearest;
-    if (f->f.reduction == GTAO_REDUCE_NEAREST)
-        return nearest;
     farthest = GV_SELECT(GV_LT(limit, nearest), farthest, nearest); /* all sky */
-    far_one = f->f.reduction == GTAO_REDUCE_FARTHEST ? GV_LE(zero, zero) : GV_LT(half, parity);
+    far_one = f->f.reduction == GTAO_REDUCE_NEAREST    ? GV_LT(zero, zero)
+              : f->f.reduction == GTAO_REDUCE_FARTHEST ? GV_LE(zero, zero)
+                                                       : GV_LT(half, parity);
     *which = GV_SELECT(far_one, of_farthest, of_nearest);
     chosen = GV_SELECT(far_one, farthest, nearest);
-    if (f->f.reduction == GTAO_REDUCE_FARTHEST)
-        return chosen;
     /* its neighbours in the block along x and y: 0 <-> 1, 2 <-> 3; 0 <-> 2, 1 <-> 3 */
     across = GV_SELECT(GV_LT(*which, GV_SET(1.5f)), GV_SELECT(GV_LT(*which, half), w[1], w[0]),
                        GV_SELECT(GV_LT(*which, GV_SET(2.5f)), w[3], w[2]));
     down = GV_SELECT(GV_LT(*which, GV_SET(1.5f)), GV_SELECT(GV_LT(*which, half), w[2], w[3]),
                      GV_SELECT(GV_LT(*which, GV_SET(2.5f)), w[0], w[1]));
-    scale = GV_ADD(GV_MUL(chosen, GV_SET(f->tolerance_scale)), GV_SET(f->tolerance_bias));
-    scale = GV_MUL(scale, half);
+    scale = GV_MUL(f->full.orthographic ? GV_SET(1.0f) : chosen, GV_SET(f->full.same_surface));
     across = GV_SUB(across, chosen), down = GV_SUB(down, chosen);
     smooth = GV_LE(GV_MAX(GV_ABS(across), GV_ABS(down)), scale);
     return GV_ADD(chosen, GV_IF(smooth, GV_MUL(half, GV_ADD(across, down))));
@@ -4514,6 +4515,16 @@ GTAOI_FN void GTAOI_NAME(gtaoi_reduce)(const gtao_frame_context *f, int ty0, int
                 float which[GTAOI_TILE_W];
                 for (k = 0; k < s; k++)
                     GTAOI_NAME(gtaoi_height_row)(&f->full, x0 * s, y * s + k, lanes * s, rows[k]);
+                if (s == 2 && y * 2 + 1 == f->full.d.height && y > 0) {
+                    float above[2 * GTAOI_TILE_W];
+                    GTAOI_NAME(gtaoi_height_row)(&f->full, x0 * s, y * s - 1, lanes * s, above);
+                    for (i = 0; i < 2 * count; i++)
+                        rows[1][i] = gtaoi_beyond(f, rows[0][i], above[i]);
+                }
+                i = f->full.d.width - x0 * s;
+                if (s == 2 && i < 2 * count && i > 1)
+                    for (k = 0; k < 2; k++)
+                        rows[k][i] = gtaoi_beyond(f, rows[k][i - 1], rows[k][i - 2]);
                 for (i = 0; i < count; i += GTAOI_W) {
                     GV column = GV_ADD(GV_SET((float)(x0 + i)), GTAOI_NAME(gtaoi_iota)()), w[4], height, index;
                     if (s == 1) {

@@ -1,0 +1,459 @@
+/* Frames: half resolution, filters in space and time, upsampling. The same bits from every kernel and split, what is
+ * constant stays so, nothing bad spreads or stays, and what is skipped would have come out the same. How good the result
+ * is: tests/reference/test_frames.c. */
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <setjmp.h>
+#include <cmocka.h>
+
+#include <stdio.h>
+
+#include "inputs.h"
+
+static const layout tight = {0, 0, 0};
+
+/* ---- a sequence of frames -------------------------------------------------------------------------------------- */
+
+typedef struct sequence {
+    gtao_frame_desc frame;
+    input in;
+    plane motion;
+    int width, height;
+    void *state;
+    size_t state_size;
+    result out;
+} sequence;
+
+static sequence sequence_make(const setting *s, int width, int height, const gtao_frame_desc *options, layout l) {
+    sequence q;
+    memset(&q, 0, sizeof q);
+    q.width = width, q.height = height;
+    q.in = input_make(s, width, height, l);
+    q.frame = *options;
+    q.frame.desc = q.in.desc;
+    q.motion = plane_make(height, (size_t)width * 3 * sizeof(float), l);
+    if (options->motion_components) {
+        q.frame.motion = (const float *)(const void *)plane_row(&q.motion, 0);
+        q.frame.motion_stride = options->motion_components == 3 ? plane_stride(&q.motion) : q.motion.stride;
+    }
+    q.state_size = gtao_frame_state_size(&q.frame);
+    assert_true(q.state_size > 0);
+    q.state = malloc(q.state_size);
+    assert_non_null(q.state);
+    memset(q.state, 0xFF, q.state_size); /* whatever is read must have been written */
+    q.out = result_make(&q.in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 4, l, 0);
+    return q;
+}
+
+static void sequence_free(sequence *q) {
+    result_free(&q->out);
+    free(q->state);
+    free(q->motion.memory);
+    input_free(&q->in);
+}
+
+/* Depth of frame k: a part of the image changes, and the rest now and then. */
+static void sequence_fill(sequence *q, const setting *s, int k) {
+    for (int y = 0; y < q->height; y++) {
+        float *depth = (float *)(void *)plane_row(&q->in.depth, y), *motion = (float *)(void *)plane_row(&q->motion, y);
+        for (int x = 0; x < q->width; x++) {
+            float z = scene_depth(x + (x > 20 && y > 5 ? k : 0), y, 7u + (uint32_t)(k / 3), s->desc.depth_kind);
+            uint32_t h = hash_cell(x / 5, y / 3, (uint32_t)k);
+            memcpy(depth + x, &z, sizeof z);
+            for (int i = 0; i < q->frame.motion_components; i++) {
+                float m = (float)((int)(h >> (8 * i) & 63u) - 32) / 16.0f;
+                if ((h >> 24) == 1)
+                    m = float_nan();
+                if ((h >> 24) == 2)
+                    m = 1e30f;
+                memcpy(motion + x * q->frame.motion_components + i, &m, sizeof m);
+            }
+        }
+    }
+}
+
+static void run(sequence *q, int k, gtao_stats *stats) {
+    q->frame.cut = k == 0;
+    assert_int_equal(gtao_frame(&q->frame, &q->out.output, q->state, q->state_size, stats), GTAO_OK);
+}
+
+static const struct {
+    const char *name;
+    gtao_frame_desc frame;
+} options[] = {
+    {"full", {.depth_tolerance = 0}},
+    {"half", {.half = 1}},
+    {"half farthest, two passes", {.half = 1, .reduction = GTAO_REDUCE_FARTHEST, .spatial_passes = 2}},
+    {"half checkerboard, three passes", {.half = 1, .reduction = GTAO_REDUCE_CHECKERBOARD, .spatial_passes = 3}},
+    {"no spatial", {.half = 1, .no_spatial = 1}},
+    {"no temporal", {.no_temporal = 1, .spatial_passes = 2}},
+    {"upsampling only", {.half = 1, .no_temporal = 1, .no_spatial = 1}},
+    {"variance", {.history = GTAO_HISTORY_VARIANCE, .max_history = 5}},
+    {"free", {.half = 1, .history = GTAO_HISTORY_FREE, .depth_tolerance = 0.02f}},
+    {"moving camera", {.half = 1, .view_to_previous = {1, 0, 0.01f, 0.02f, 0, 1, 0, -0.01f, -0.01f, 0, 1, 0.05f}}},
+    {"motion", {.half = 1, .motion_components = 2}},
+    {"motion in depth", {.motion_components = 3, .clamp_window = 0.1f}},
+};
+
+/* ---- bits ------------------------------------------------------------------------------------------------------- */
+
+/* All settings, each with another of the frame's options. */
+static void isas_agree(void **state) {
+    const setting *s = (const setting *)*state;
+    for (size_t o = (size_t)(s - settings) % 4; o < sizeof options / sizeof options[0]; o += 4) {
+        int width = 131 - 9 * (int)o, height = 9 + 5 * (int)o;
+        sequence scalar = sequence_make(s, width, height, &options[o].frame, tight);
+        scalar.frame.desc.isa = GTAO_ISA_SCALAR;
+        for (int isa = GTAO_ISA_SSE2; isa <= GTAO_ISA_NEON; isa++) {
+            sequence q;
+            if (!gtao_isa_available((gtao_isa)isa))
+                continue;
+            q = sequence_make(s, width, height, &options[o].frame, tight);
+            q.frame.desc.isa = (gtao_isa)isa;
+            for (int k = 0; k < 4; k++) {
+                sequence_fill(&scalar, s, k);
+                sequence_fill(&q, s, k);
+                run(&scalar, k, NULL);
+                run(&q, k, NULL);
+                if (!result_equal(&scalar.out, &q.out))
+                    fail_msg("%s, %s, frame %d: %s differs from scalar", s->name, options[o].name, k,
+                             gtao_isa_name((gtao_isa)isa));
+            }
+            sequence_free(&q);
+        }
+        sequence_free(&scalar);
+    }
+}
+
+/* Units in any order, one by one; rows anywhere in memory. */
+static void splits_and_strides_agree(void **state) {
+    static const layout odd = {12, 20, 1};
+    (void)state;
+    for (size_t o = 0; o < sizeof options / sizeof options[0]; o++) {
+        const setting *s = &settings[o % 2];
+        sequence whole = sequence_make(s, 91, 45, &options[o].frame, tight);
+        sequence split = sequence_make(s, 91, 45, &options[o].frame, odd);
+        for (int k = 0; k < 4; k++) {
+            gtao_frame_context *context;
+            gtao_stats one = {0}, many = {0};
+            sequence_fill(&whole, s, k);
+            sequence_fill(&split, s, k);
+            run(&whole, k, &one);
+            split.frame.cut = k == 0;
+            assert_int_equal(gtao_frame_begin(&split.frame, &split.out.output, split.state, split.state_size, &context),
+                             GTAO_OK);
+            for (int stage = 0; stage < gtao_frame_stages(context); stage++) {
+                int units = gtao_frame_units(context, stage);
+                assert_non_null(gtao_frame_stage_name(context, stage));
+                for (int i = 0; i < units; i++) {
+                    int unit = (i * 5 + 3) % units;
+                    if (units % 5 == 0)
+                        unit = units - 1 - i;
+                    gtao_frame_run(context, stage, unit, unit + 1, &many);
+                }
+            }
+            if (!result_equal(&whole.out, &split.out))
+                fail_msg("%s, frame %d: units one by one differ from the whole", options[o].name, k);
+            assert_memory_equal(&one, &many, sizeof one);
+        }
+        assert_false(result_spilled(&split.out));
+        sequence_free(&whole);
+        sequence_free(&split);
+    }
+}
+
+/* A plane, tilted: visibility 1 and bent normal = normal, to the bit and to rounding, through every stage. */
+static void open_planes_stay_open(void **state) {
+    (void)state;
+    for (size_t o = 0; o < sizeof options / sizeof options[0]; o++) {
+        static const setting s = {"plane", 1, 0, {PERSPECTIVE, .radius = 1.5f, .slices = 1, .steps = 8}};
+        const int width = 75, height = 41;
+        sequence q = sequence_make(&s, width, height, &options[o].frame, tight);
+        const float n[3] = {0.3f, -0.6f, -0.741619848f};
+        for (int y = 0; y < height; y++)
+            for (int x = 0; x < width; x++) {
+                float rx = ((float)x + 0.5f - 37.5f) / 60, ry = ((float)y + 0.5f - 20.5f) / 60;
+                float z = 4 * n[2] / (n[0] * rx + n[1] * ry + n[2]), still[3] = {0, 0, 0};
+                memcpy(plane_row(&q.in.depth, y) + 4 * x, &z, 4);
+                memcpy(plane_row(&q.in.normals, y) + 12 * x, n, 12);
+                memcpy(plane_row(&q.motion, y) + 4 * q.frame.motion_components * x, still,
+                       4 * (size_t)q.frame.motion_components);
+            }
+        for (int k = 0; k < 3; k++) {
+            float tolerance = options[o].frame.reduction == GTAO_REDUCE_CHECKERBOARD ? 1e-3f : 0.0f;
+            run(&q, k, NULL);
+            for (int y = 0; y < height; y++)
+                for (int x = 0; x < width; x++) {
+                    float v, b[4];
+                    memcpy(&v, plane_row(&q.out.visibility, y) + 4 * x, 4);
+                    memcpy(b, plane_row(&q.out.bent, y) + 16 * x, 16);
+                    if (!(v >= 1.0f - tolerance && v <= 1.0f))
+                        fail_msg("%s, frame %d, (%d, %d): visibility %.8g", options[o].name, k, x, y, (double)v);
+                    for (int i = 0; i < 3; i++)
+                        if (!(fabsf(b[i] - n[i]) < 2e-5f + tolerance))
+                            fail_msg("%s, frame %d, (%d, %d): bent normal %.7g %.7g %.7g", options[o].name, k, x, y,
+                                     (double)b[0], (double)b[1], (double)b[2]);
+                }
+        }
+        sequence_free(&q);
+    }
+}
+
+/* ---- bad values ------------------------------------------------------------------------------------------------- */
+
+/* Whatever the input: visibility in [0, 1], unit bent normals. */
+static void bad_values_give_good_ones(void **state) {
+    static const uint32_t bad[] = {0x7FC00000u, 0x7F800000u, 0xFF800000u, 0, 0x80000000u, 1, 0x7F7FFFFFu, 0x0DA24260u};
+    uint32_t random = 5;
+    (void)state;
+    for (size_t o = 0; o < sizeof options / sizeof options[0]; o++) {
+        const setting *s = &settings[o * 2 % (sizeof settings / sizeof settings[0])];
+        sequence q = sequence_make(s, 53, 31, &options[o].frame, tight);
+        for (int k = 0; k < 6; k++) {
+            sequence_fill(&q, s, k);
+            for (int i = 0; i < 40; i++) {
+                float f = float_from_bits(bad[next_random(&random) % 8]);
+                size_t x = next_random(&random) % 53, y = next_random(&random) % 31;
+                plane *p = i % 3 == 0 ? &q.in.depth : i % 3 == 1 && q.in.has_normals ? &q.in.normals : &q.motion;
+                memcpy(plane_row(p, (int)y) + 4 * x, &f, 4);
+            }
+            run(&q, k, NULL);
+            for (int y = 0; y < 31; y++)
+                for (int x = 0; x < 53; x++) {
+                    float v, b[4], length;
+                    memcpy(&v, plane_row(&q.out.visibility, y) + 4 * x, 4);
+                    memcpy(b, plane_row(&q.out.bent, y) + 16 * x, 16);
+                    length = b[0] * b[0] + b[1] * b[1] + b[2] * b[2];
+                    if (!float_finite(v) || !(v >= 0.0f && v <= 1.0f))
+                        fail_msg("%s, %s, frame %d, (%d, %d): visibility %g", s->name, options[o].name, k, x, y,
+                                 (double)v);
+                    if (!float_finite(length) || !(length > 0.999f && length < 1.001f))
+                        fail_msg("%s, %s, frame %d, (%d, %d): bent normal %g %g %g", s->name, options[o].name, k, x, y,
+                                 (double)b[0], (double)b[1], (double)b[2]);
+                }
+        }
+        sequence_free(&q);
+    }
+}
+
+/* One NaN changes nothing beyond its reach, and is forgotten once it is gone. */
+static void one_nan_neither_spreads_nor_stays(void **state) {
+    static const setting s = {"nan", 0, 0, {PERSPECTIVE, .radius = 0.5f, .slices = 1, .steps = 8}};
+    const int width = 96, height = 64;
+    (void)state;
+    for (int half = 0; half < 2; half++) {
+        gtao_frame_desc with = {.half = half};
+        sequence clean = sequence_make(&s, width, height, &with, tight),
+                 hit = sequence_make(&s, width, height, &with, tight);
+        float nan = float_nan(), left = 0;
+        for (int k = 0; k < 60; k++) {
+            sequence_fill(&clean, &s, 0);
+            sequence_fill(&hit, &s, 0);
+            if (k == 5)
+                memcpy(plane_row(&hit.in.depth, 30) + 4 * 40, &nan, 4);
+            run(&clean, k, NULL);
+            run(&hit, k, NULL);
+            left = 0;
+            for (int y = 0; y < height; y++)
+                for (int x = 0; x < width; x++) {
+                    float a, b;
+                    memcpy(&a, plane_row(&clean.out.visibility, y) + 4 * x, 4);
+                    memcpy(&b, plane_row(&hit.out.visibility, y) + 4 * x, 4);
+                    left = fabsf(a - b) > left ? fabsf(a - b) : left;
+                    if (memcmp(&a, &b, 4) != 0 && (abs(x - 40) > 32 || abs(y - 30) > 32))
+                        fail_msg("half %d, frame %d, (%d, %d): %g instead of %g", half, k, x, y, (double)b, (double)a);
+                }
+            if (k < 5)
+                assert_true(left == 0.0f);
+        }
+        if (!(left < 0.01f))
+            fail_msg("half %d: %g left of it after 55 frames", half, (double)left);
+        sequence_free(&clean);
+        sequence_free(&hit);
+    }
+}
+
+/* ---- skipping --------------------------------------------------------------------------------------------------- */
+
+/* A long sequence that comes to rest, is disturbed in one place, and comes to rest again. */
+static void skipping_changes_no_bit(void **state) {
+    static const setting s = {"skip", 1, 1, {PERSPECTIVE, .radius = 0.25f, .slices = 1, .steps = 4}};
+    (void)state;
+    for (int half = 0; half < 2; half++) {
+        const int width = 330 * (1 + half), height = 60 * (1 + half);
+        gtao_frame_desc with = {.half = half};
+        sequence all = sequence_make(&s, width, height, &with, tight),
+                 some = sequence_make(&s, width, height, &with, tight);
+        uint64_t at_rest = 0, disturbed = 0;
+        all.frame.no_skip = 1;
+        sequence_fill(&all, &s, 0);
+        sequence_fill(&some, &s, 0);
+        for (int k = 0; k < 90; k++) {
+            gtao_stats stats = {0};
+            if (k == 80)
+                for (int y = 20; y < 24; y++)
+                    for (int x = 30; x < 40; x++) {
+                        float z = 1.0f;
+                        memcpy(plane_row(&all.in.depth, y) + 4 * x, &z, 4);
+                        memcpy(plane_row(&some.in.depth, y) + 4 * x, &z, 4);
+                    }
+            run(&all, k, NULL);
+            run(&some, k, &stats);
+            if (!result_equal(&all.out, &some.out))
+                fail_msg("half %d: frame %d differs", half, k);
+            if (k == 79)
+                at_rest = stats.unchanged;
+            if (k == 81)
+                disturbed = stats.unchanged;
+        }
+        assert_int_equal(at_rest, 330 * 60);
+        assert_true(disturbed > 0 && disturbed < at_rest);
+        sequence_free(&all);
+        sequence_free(&some);
+    }
+}
+
+/* ---- history ---------------------------------------------------------------------------------------------------- */
+
+static float pixel(const sequence *q, int x, int y) {
+    float v;
+    memcpy(&v, plane_row(&q->out.visibility, y) + 4 * x, 4);
+    return v;
+}
+
+/* A cut and every change of a setting start the history anew; a state of zeros needs no cut. */
+static void history_starts_anew(void **state) {
+    static const gtao_frame_desc plain = {.half = 1};
+    sequence q = sequence_make(&settings[1], 64, 48, &plain, tight), fresh;
+    gtao_frame_context *context;
+    int width, height;
+    ptrdiff_t stride;
+    (void)state;
+    for (int change = 0; change < 3; change++) {
+        for (int k = 0; k < 5; k++) {
+            sequence_fill(&q, &settings[1], 0);
+            run(&q, k, NULL);
+        }
+        if (change == 0)
+            q.frame.cut = 1;
+        if (change == 1)
+            q.frame.desc.radius *= 1.5f;
+        if (change == 2)
+            q.frame.history = GTAO_HISTORY_FREE;
+        fresh = sequence_make(&settings[1], 64, 48, &plain, tight);
+        fresh.frame.desc.radius = q.frame.desc.radius;
+        fresh.frame.history = q.frame.history;
+        sequence_fill(&fresh, &settings[1], 0);
+        memset(fresh.state, 0, fresh.state_size);
+        assert_int_equal(gtao_frame(&fresh.frame, &fresh.out.output, fresh.state, fresh.state_size, NULL), GTAO_OK);
+        assert_int_equal(gtao_frame(&q.frame, &q.out.output, q.state, q.state_size, NULL), GTAO_OK);
+        assert_true(result_equal(&q.out, &fresh.out));
+        sequence_free(&fresh);
+    }
+    assert_int_equal(gtao_frame_begin(&q.frame, &q.out.output, q.state, q.state_size, &context), GTAO_OK);
+    for (int stage = 0; stage < gtao_frame_stages(context); stage++)
+        gtao_frame_run(context, stage, 0, gtao_frame_units(context, stage), NULL);
+    for (int i = 0; i <= GTAO_PLANE_LENGTH; i++)
+        assert_non_null(gtao_frame_plane(context, (gtao_plane)i, &width, &height, &stride));
+    assert_int_equal(width, 32);
+    assert_int_equal(height, 24);
+    assert_true(stride >= 128 && pixel(&q, 3, 3) <= 1.0f);
+    assert_null(gtao_frame_plane(context, (gtao_plane)99, &width, &height, &stride));
+    sequence_free(&q);
+}
+
+/* ---- errors ----------------------------------------------------------------------------------------------------- */
+
+static void every_error_fires(void **state) {
+    static const gtao_frame_desc plain = {.half = 1};
+    sequence q = sequence_make(&settings[1], 16, 16, &plain, tight);
+    gtao_frame_desc f;
+    gtao_output output = q.out.output;
+    float buffer[2 * 16 * 16];
+    (void)state;
+#define EXPECT(result, change)                                                                                         \
+    do {                                                                                                               \
+        f = q.frame;                                                                                                   \
+        change;                                                                                                        \
+        assert_int_equal(gtao_frame(&f, &output, q.state, q.state_size, NULL), result);                                \
+        if (result != GTAO_ERROR_STATE && result != GTAO_ERROR_SIGNAL && result != GTAO_ERROR_OUTPUT)                  \
+            assert_int_equal(gtao_frame_state_size(&f), 0);                                                            \
+    } while (0)
+    assert_int_equal(gtao_frame(NULL, &output, q.state, q.state_size, NULL), GTAO_ERROR_FRAME);
+    assert_int_equal(gtao_frame_state_size(NULL), 0);
+    EXPECT(GTAO_ERROR_SIZE, f.desc.width = 0);
+    EXPECT(GTAO_ERROR_REDUCTION, f.reduction = (gtao_reduction)3);
+    EXPECT(GTAO_ERROR_SPATIAL, f.spatial_passes = 4);
+    EXPECT(GTAO_ERROR_SPATIAL, f.spatial_passes = -1);
+    EXPECT(GTAO_ERROR_TOLERANCE, f.depth_tolerance = -0.1f);
+    EXPECT(GTAO_ERROR_TOLERANCE, f.depth_tolerance = float_nan());
+    EXPECT(GTAO_ERROR_TOLERANCE, f.depth_tolerance = float_inf());
+    EXPECT(GTAO_ERROR_HISTORY, f.history = (gtao_history)3);
+    EXPECT(GTAO_ERROR_MAX_HISTORY, f.max_history = 256);
+    EXPECT(GTAO_ERROR_MAX_HISTORY, f.max_history = -1);
+    EXPECT(GTAO_ERROR_CLAMP_WINDOW, f.clamp_window = float_nan());
+    EXPECT(GTAO_ERROR_VIEW_TO_PREVIOUS, f.view_to_previous[7] = float_inf());
+    EXPECT(GTAO_ERROR_MOTION, (f.motion = buffer, f.motion_components = 4));
+    EXPECT(GTAO_ERROR_MOTION, (f.motion = buffer, f.motion_stride = 12));
+    output.signal = buffer;
+    EXPECT(GTAO_ERROR_SIGNAL, (void)0);
+    output = q.out.output;
+    memset(&output, 0, sizeof output);
+    EXPECT(GTAO_ERROR_OUTPUT, (void)0);
+    output = q.out.output;
+    assert_int_equal(gtao_frame(&q.frame, &output, NULL, q.state_size, NULL), GTAO_ERROR_STATE);
+    assert_int_equal(gtao_frame(&q.frame, &output, q.state, q.state_size - 1, NULL), GTAO_ERROR_STATE);
+    assert_int_equal(gtao_frame_begin(&q.frame, &output, q.state, q.state_size, NULL), GTAO_ERROR_STATE);
+#undef EXPECT
+    sequence_free(&q);
+}
+
+/* The signal of one frame: its visibility is the output's, weights are 1 on average over directions. */
+static void signal_is_the_output_before_filters(void **state) {
+    static const setting s = {"signal", 1, 0, {PERSPECTIVE, .radius = 1.5f, .slices = 1, .steps = 8}};
+    enum { W = 64, H = 48 };
+    input in = input_make(&s, W, H, tight);
+    static float visibility[W * H], signal[5 * W * H], bent[3 * W * H];
+    gtao_output output = {0};
+    size_t size = gtao_scratch_size(&in.desc);
+    void *scratch = malloc(size);
+    double weight = 0;
+    (void)state;
+    output.visibility = visibility;
+    output.bent_normals = bent;
+    output.signal = signal;
+    output.signal_planes = 5;
+    assert_int_equal(gtao_compute(&in.desc, &output, scratch, size, NULL), GTAO_OK);
+    assert_memory_equal(visibility, signal, sizeof visibility);
+    for (int i = 0; i < W * H; i++) {
+        const float *b = signal + 2 * W * H + i;
+        float length = sqrtf(b[0] * b[0] + b[W * H] * b[W * H] + b[2 * W * H] * b[2 * W * H]);
+        weight += (double)signal[W * H + i];
+        if (!(fabsf(b[0] / length - bent[3 * i]) < 1e-5f && fabsf(b[2 * W * H] / length - bent[3 * i + 2]) < 1e-5f))
+            fail_msg("pixel %d: the signal's bent normal is another", i);
+    }
+    weight /= W * H;
+    if (!(weight > 0.9 && weight < 1.1))
+        fail_msg("weights are %g on average", weight);
+    output.signal_planes = 3;
+    assert_int_equal(gtao_compute(&in.desc, &output, scratch, size, NULL), GTAO_ERROR_SIGNAL);
+    free(scratch);
+    input_free(&in);
+}
+
+int main(void) {
+    enum { SETTINGS = sizeof settings / sizeof settings[0] };
+    struct CMUnitTest tests[SETTINGS + 8] = {
+        cmocka_unit_test(splits_and_strides_agree),  cmocka_unit_test(open_planes_stay_open),
+        cmocka_unit_test(bad_values_give_good_ones), cmocka_unit_test(one_nan_neither_spreads_nor_stays),
+        cmocka_unit_test(skipping_changes_no_bit),   cmocka_unit_test(history_starts_anew),
+        cmocka_unit_test(every_error_fires),         cmocka_unit_test(signal_is_the_output_before_filters)};
+    static char names[SETTINGS][64];
+    for (int i = 0; i < SETTINGS; i++) {
+        struct CMUnitTest test = {names[i], isas_agree, NULL, NULL, (void *)(uintptr_t)&settings[i]};
+        snprintf(names[i], sizeof names[i], "isas_agree: %s", settings[i].name);
+        tests[8 + i] = test;
+    }
+    return cmocka_run_group_tests_name("frame", tests, NULL, NULL);
+}
