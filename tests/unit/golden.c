@@ -47,6 +47,21 @@ static uint64_t hash_setting(const setting *s, gtao_isa isa, gtao_format format)
     return h;
 }
 
+static uint64_t hash_estimate(const setting *s) {
+    layout tight = {0, 0, 0};
+    input in = input_make(s, 67, 45, tight);
+    size_t size = gtao_thickness_scratch_size(&in.desc);
+    plane map = plane_make(45, sizeof(float) * 67, tight);
+    void *scratch = malloc(size);
+    uint64_t h = 0;
+    if (scratch && gtao_estimate_thickness(&in.desc, (float *)(void *)map.first, 0, scratch, size) == GTAO_OK)
+        h = hash_plane(hash_start, &map);
+    free(scratch);
+    free(map.memory);
+    input_free(&in);
+    return h;
+}
+
 /* The formulas of level 3 over a sweep. */
 static uint64_t hash_formulas(void) {
     uint64_t h = hash_start;
@@ -94,6 +109,8 @@ static int hash_all(gtao_isa isa, entry *entries) {
     entries[count++].hash = hash_setting(&settings[0], isa, GTAO_FORMAT_UNORM8);
     entries[count].name = "unorm16";
     entries[count++].hash = hash_setting(&settings[0], isa, GTAO_FORMAT_UNORM16);
+    entries[count].name = "estimate";
+    entries[count++].hash = hash_estimate(&settings[0]);
     entries[count].name = "formulas";
     entries[count++].hash = hash_formulas();
     return count;
@@ -125,7 +142,7 @@ static int compare(FILE *file, gtao_isa isa, const entry *entries, int count) {
 }
 
 int main(int argc, char **argv) {
-    static entry entries[SETTING_COUNT + 3];
+    static entry entries[SETTING_COUNT + 4];
     int bad = 0;
     if (argc < 2) {
         int count = hash_all(GTAO_ISA_SCALAR, entries);

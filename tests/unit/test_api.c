@@ -544,6 +544,64 @@ static void scratch_is_at_most_48_bytes_a_pixel(void **state) {
     assert_true(given > 0 && given <= 48 && derived > 0 && derived <= 48);
 }
 
+/* ---- thickness ------------------------------------------------------------------------------------------------ */
+
+/* A wall from edge to edge, in front of it a plate, and in front of that a bar that hides a part of the plate. */
+static void thickness_is_estimated(void **state) {
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        enum { W = 64, H = 48 };
+        static float z[W * H], map[W * (H + 1)];
+        const float unit = k ? 0.1f : 1.0f / 80.0f; /* of a pixel: orthographic; at depth 1 */
+        gtao_desc d;
+        void *scratch;
+        size_t size;
+        memset(&d, 0, sizeof d);
+        d.width = W, d.height = H, d.depth = z, d.radius = k ? 3.0f : 2.0f;
+        d.camera.fx = 80;
+        if (k)
+            d.camera.projection = GTAO_ORTHOGRAPHIC, d.camera.sx = unit;
+        for (int i = 0; i < W * H; i++) {
+            int x = i % W, y = i / W, plate = x >= 12 && x < 36 && y >= 8 && y < 40, bar = x >= 20 && x < 24 && y >= 4;
+            z[i] = bar && y < 44 ? 4.0f : plate ? 6.0f : x >= 50 && y < 10 ? float_inf() : 9.0f;
+        }
+        size = gtao_thickness_scratch_size(&d);
+        scratch = malloc(size);
+        assert_non_null(scratch);
+        assert_int_equal(gtao_estimate_thickness(&d, map, 4 * W, scratch, size), GTAO_OK);
+        for (int i = 0; i < W * H; i++) {
+            float want = z[i] < 5.0f    ? 0.5f * 4.0f * unit * (k ? 1.0f : 4.0f)
+                         : z[i] < 7.0f  ? 0.5f * 24.0f * unit * (k ? 1.0f : 6.0f) /* as if the bar were not there */
+                         : z[i] < 10.0f ? float_inf()
+                                        : 0.0f;
+            if (want > 0.5f * d.radius)
+                want = float_inf();
+            if (!(map[i] == want || fabsf(map[i] - want) < 1e-5f * want))
+                fail_msg("%d: thickness %g, expected %g at (%d, %d)", k, (double)map[i], (double)want, i % W, i / W);
+        }
+        assert_int_equal(gtao_estimate_thickness(&d, NULL, 0, scratch, size), GTAO_ERROR_THICKNESS_MAP);
+        assert_int_equal(gtao_estimate_thickness(&d, map, 4 * W - 4, scratch, size), GTAO_ERROR_THICKNESS_MAP);
+        assert_int_equal(gtao_estimate_thickness(&d, map, 0, scratch, size - 1), GTAO_ERROR_SCRATCH);
+        assert_int_equal(gtao_estimate_thickness(&d, map, 0, NULL, size), GTAO_ERROR_SCRATCH);
+        d.width = 0;
+        assert_int_equal(gtao_estimate_thickness(&d, map, 0, scratch, size), GTAO_ERROR_SIZE);
+        assert_int_equal(gtao_thickness_scratch_size(&d), 0);
+        free(scratch);
+    }
+}
+
+static void layers_are_composed(void **state) {
+    const float scene[4] = {0.5f, 0.5f, 0.2f, 0.9f}, scene_bent[12] = {1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0};
+    float all[4] = {0.25f, 0.75f, 0.75f, 0.75f}, bent[12] = {0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0};
+    const uint8_t moving[4] = {0, 0, 1, 1};
+    (void)state;
+    gtao_compose_layers(4, scene, scene_bent, moving, all, bent);
+    assert_true(all[0] == 0.25f && all[1] == 0.5f && all[2] == 0.75f && all[3] == 0.75f);
+    assert_true(bent[0] == 0.0f && bent[3] == 1.0f && bent[6] == 0.0f && bent[9] == 0.0f);
+    gtao_compose_layers(4, scene, NULL, moving, all, NULL);
+    assert_true(all[0] == 0.25f && all[1] == 0.5f);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_error_fires),
@@ -561,6 +619,8 @@ int main(void) {
         cmocka_unit_test(scratch_size_of_null_is_zero),
         cmocka_unit_test(scratch_size_does_not_overflow),
         cmocka_unit_test(scratch_is_at_most_48_bytes_a_pixel),
+        cmocka_unit_test(thickness_is_estimated),
+        cmocka_unit_test(layers_are_composed),
     };
     return cmocka_run_group_tests_name("api", tests, NULL, NULL);
 }

@@ -184,6 +184,19 @@ static void spoil(plane *p, int floats, int how, int k, uint32_t *random) {
         }
 }
 
+static void expect_sane_estimate(const gtao_desc *desc, const char *what) {
+    size_t size = gtao_thickness_scratch_size(desc), count = (size_t)(desc->width * desc->height);
+    void *scratch = malloc(size);
+    float *map = (float *)malloc(count * sizeof *map);
+    assert_true(scratch && map);
+    assert_int_equal(gtao_estimate_thickness(desc, map, 0, scratch, size), GTAO_OK);
+    for (size_t i = 0; i < count; i++)
+        if (!(map[i] >= 0.0f)) /* infinite is allowed */
+            fail_msg("%s: estimated thickness %g", what, (double)map[i]);
+    free(scratch);
+    free(map);
+}
+
 static void spoiled_buffers_give_sane_results(void **state) {
     enum { WIDTH = 21, HEIGHT = 13 };
     const setting *s = (const setting *)*state;
@@ -206,6 +219,7 @@ static void spoiled_buffers_give_sane_results(void **state) {
                 if (which & 2 && s->normals)
                     spoil(&in.normals, WIDTH * components, how, k, &random);
                 expect_sane(&in.desc, what);
+                expect_sane_estimate(&in.desc, what);
                 input_free(&in);
             }
 }
