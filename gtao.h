@@ -441,6 +441,7 @@ GTAO_API gtao_result gtao_frame(const gtao_frame_desc *frame, const gtao_output 
 typedef struct gtao_frame_context gtao_frame_context; /* inside the state, valid until the next frame begins */
 GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_output *output, void *state,
                                       size_t state_size, gtao_frame_context **context);
+GTAO_API const gtao_context *gtao_frame_horizons(const gtao_frame_context *context); /* for gtao_context_slices ... */
 GTAO_API int gtao_frame_stages(const gtao_frame_context *context);
 GTAO_API const char *gtao_frame_stage_name(const gtao_frame_context *context, int stage); /* "reduce", "horizons" ... */
 GTAO_API int gtao_frame_units(const gtao_frame_context *context, int stage);
@@ -2472,6 +2473,10 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
         s->camera = camera;
     }
     return GTAO_OK;
+}
+
+GTAO_API const gtao_context *gtao_frame_horizons(const gtao_frame_context *context) {
+    return context->pass;
 }
 
 GTAO_API int gtao_frame_stages(const gtao_frame_context *context) {

@@ -19,7 +19,8 @@
 /* ---- options ------------------------------------------------------------------------------------------------------ */
 
 typedef struct options {
-    const char *depth, *normal, *output, *bent, *stats;                             /* files */
+    const char *depth, *normal, *output, *bent, *stats; /* files */
+    const char *sequence, *camera;                      /* pattern of the depth files; motion of the camera */
     const char *thickness_map, *layer[GTAO_MAX_LAYERS], *back[1 + GTAO_MAX_LAYERS]; /* backs: of the depth first */
     int layers;
     int depth_kind;
@@ -40,6 +41,8 @@ typedef struct options {
 
 enum {
     OPT_DEPTH,
+    OPT_SEQUENCE,
+    OPT_CAMERA,
     OPT_DEPTH_KIND,
     OPT_DEVICE_SCALE,
     OPT_DEVICE_BIAS,
@@ -87,6 +90,10 @@ typedef struct option_info {
 
 static const option_info option_table[OPT_COUNT] = {
     {"--depth", "FILE[:CHANNEL]", "depth, .exr or .pfm"},
+    {"--sequence", "PATTERN",
+     "instead: depth of frames from --frame on, such as depth.%04d.exr; --normal, --bent and"
+     " -o are patterns then, and frames are filtered in time"},
+    {"--camera", "FILE", "of a sequence: a line a frame, world to view, row-major 3x4; without: at rest"},
     {"--depth-kind", "z|distance|device|height", "planar z (default), ray length, device depth, ortho height"},
     {"--device-scale", "A", "device depth d: 1/z = A d + B (ortho: -z = A d + B)"},
     {"--device-bias", "B", ""},
@@ -113,8 +120,8 @@ static const option_info option_table[OPT_COUNT] = {
     {"--weighting", "cosine|uniform", "(cosine)"},
     {"--noise", "memo|hilbert|none", "(memo)"},
     {"--frame", "N", "frame of the temporal noise (0)"},
-    {"--half", NULL, "compute at half resolution"},
-    {"--denoise", "N", "passes of the spatial denoiser (0)"},
+    {"--half", NULL, "compute at half resolution, upsample by depth"},
+    {"--denoise", "N", "passes of the spatial filter, 0..3 (0; of a sequence 1)"},
     {"--albedo", "R,G,B", "coloured visibility with multiple bounces, 0..1 each"},
     {"--border", "clamp|wrap|open", "what lies outside the image (open: nothing)"},
     {"--bent", "FILE", "also write bent normals, view space; .exr, .pfm or .png"},
@@ -226,6 +233,12 @@ static int set_option(options *o, int id, const char *value) {
     case OPT_DEPTH:
         o->depth = value;
         return 1;
+    case OPT_SEQUENCE:
+        o->sequence = value;
+        return 1;
+    case OPT_CAMERA:
+        o->camera = value;
+        return 1;
     case OPT_NORMAL:
         o->normal = value;
         return 1;
@@ -317,7 +330,7 @@ static int set_option(options *o, int id, const char *value) {
         o->frame = (uint32_t)frame;
         return 1;
     case OPT_DENOISE:
-        return set_integer(id, value, 0, 16, "an integer, 0..16", &o->denoise);
+        return set_integer(id, value, 0, 3, "an integer, 0..3", &o->denoise);
     case OPT_ALBEDO:
         return set_numbers(id, value, 3, 3, 0.0f, 1.0f, "three numbers, 0..1", o->albedo, &count);
     case OPT_BORDER:
@@ -337,7 +350,7 @@ static int set_option(options *o, int id, const char *value) {
         return 1;
     case OPT_NO_SKIP:
         o->no_skip = 1;
-        return 1; /* nothing is skipped conditionally so far */
+        return 1;
     default:
         return 1;
     }
@@ -374,10 +387,128 @@ static int parse_options(int argc, char **argv, options *o) {
     return 1;
 }
 
-/* What later versions of the library will do. */
-static int check_available(const options *o) {
-    int id = o->half ? OPT_HALF : o->denoise > 0 ? OPT_DENOISE : OPT_COUNT;
-    return id == OPT_COUNT ? 1 : error_line("%s: not available in this version", option_table[id].name);
+/* ---- sequences ---------------------------------------------------------------------------------------------------- */
+
+/* A name with one %d, %4d or %04d and no other conversion. */
+static int is_pattern(const char *text) {
+    int count = 0;
+    for (; *text; ++text)
+        if (*text == '%') {
+            size_t digits = strspn(text + 1, "0123456789");
+            if (digits > 2 || text[1 + digits] != 'd')
+                return 0;
+            count++;
+            text += 1 + digits;
+        }
+    return count == 1;
+}
+
+/* The name for a frame; itself if there is no sequence. */
+static const char *frame_name(const options *o, const char *pattern, uint32_t frame, char *buffer, size_t size) {
+    size_t before, digits;
+    int zeros, width;
+    if (!o->sequence || !pattern)
+        return pattern;
+    before = strcspn(pattern, "%");
+    digits = strspn(pattern + before + 1, "0123456789");
+    zeros = pattern[before + 1] == '0';
+    width = (int)strtol(pattern + before + 1, NULL, 10);
+    if (zeros)
+        snprintf(buffer, size, "%.*s%0*lu%s", (int)before, pattern, width, (unsigned long)frame,
+                 pattern + before + digits + 2);
+    else
+        snprintf(buffer, size, "%.*s%*lu%s", (int)before, pattern, width, (unsigned long)frame,
+                 pattern + before + digits + 2);
+    return buffer;
+}
+
+static int check_sequence(const options *o) {
+    const int ids[] = {OPT_SEQUENCE, OPT_NORMAL, OPT_BENT, OPT_OUTPUT};
+    const char *names[] = {o->sequence, o->normal, o->bent, o->output};
+    if (!o->sequence)
+        return o->camera ? error_line("--camera: only with --sequence") : 1;
+    if (o->depth)
+        return error_line("--depth: cannot be combined with --sequence");
+    if (given(o, OPT_REPEAT))
+        return error_line("--repeat: cannot be combined with --sequence");
+    for (int i = 0; i < 4; ++i)
+        if (names[i] && !is_pattern(names[i]))
+            return error_line("%s %s: of a sequence, must contain the frame's number once, as %%d or %%04d",
+                              option_table[ids[i]].name, names[i]);
+    return 1;
+}
+
+/* Row-major 3x4 matrices, one a line; '#' begins a comment. Returns their number, 0 after an error. */
+static int read_cameras(const options *o, float (**cameras)[12]) {
+    FILE *file = fopen(o->camera, "r");
+    char line[1024];
+    int count = 0, number = 0, room = 0;
+    *cameras = NULL;
+    if (!file)
+        return error_line("--camera %s: cannot be opened", o->camera);
+    while (fgets(line, sizeof line, file)) {
+        char *at = line, *end;
+        int n = 0;
+        number++;
+        line[strcspn(line, "#\r\n")] = 0;
+        if (line[strspn(line, " \t")] == 0)
+            continue;
+        if (count == room) {
+            float(*more)[12] = realloc(*cameras, sizeof **cameras * (size_t)(room = 2 * room + 64));
+            if (!more)
+                break;
+            *cameras = more;
+        }
+        for (; n < 12; ++n, at = end) {
+            double v = strtod(at, &end);
+            if (end == at || !isfinite((float)v))
+                break;
+            (*cameras)[count][n] = (float)v;
+        }
+        if (n < 12 || at[strspn(at, " \t")] != 0) {
+            fclose(file);
+            free(*cameras);
+            *cameras = NULL;
+            return error_line("--camera %s: line %d: expected 12 finite numbers", o->camera, number);
+        }
+        count++;
+    }
+    fclose(file);
+    return count ? count : error_line("--camera %s: no matrices", o->camera);
+}
+
+/* previous * inverse(now), of affine 3x4 matrices; 0 if `now` is singular. */
+static int relative_camera(const float now[12], const float previous[12], float out[12]) {
+    double inv[9], t[3], det;
+    const float *m = now;
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) {
+            int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
+            inv[3 * c + r] =
+                (double)m[4 * r1 + c1] * (double)m[4 * r2 + c2] - (double)m[4 * r1 + c2] * (double)m[4 * r2 + c1];
+        }
+    det = (double)m[0] * inv[0] + (double)m[1] * inv[3] + (double)m[2] * inv[6];
+    if (!(fabs(det) > 1e-30))
+        return 0;
+    for (int r = 0; r < 3; ++r) {
+        t[r] = 0.0;
+        for (int c = 0; c < 3; ++c) {
+            inv[3 * r + c] /= det;
+            t[r] -= inv[3 * r + c] * (double)m[4 * c + 3];
+        }
+    }
+    for (int r = 0; r < 3; ++r) {
+        double shift = (double)previous[4 * r + 3];
+        for (int c = 0; c < 3; ++c) {
+            double sum = 0.0;
+            for (int k = 0; k < 3; ++k)
+                sum += (double)previous[4 * r + k] * inv[3 * k + c];
+            out[4 * r + c] = (float)sum;
+            shift += (double)previous[4 * r + c] * t[c];
+        }
+        out[4 * r + 3] = (float)shift;
+    }
+    return 1;
 }
 
 static int same_file(const char *a, const char *b) {
@@ -430,7 +561,9 @@ static int check_outputs(const options *o) {
 static int check_options(const options *o) {
     static const int cameras[] = {OPT_FOCAL, OPT_FOV_Y, OPT_ORTHO};
     int count = 0, last = 0;
-    if (!o->depth)
+    if (!check_sequence(o))
+        return 0;
+    if (!o->depth && !o->sequence)
         return error_line("--depth: required, see --help");
     if (!o->output)
         return error_line("-o: required, see --help");
@@ -457,10 +590,15 @@ static int check_options(const options *o) {
             return error_line("%s: only with --normal", option_table[id].name);
     if (given(o, OPT_SKY) && o->depth_kind == GTAO_DEPTH_HEIGHT)
         return error_line("--sky: not with --depth-kind height");
-    return check_available(o) && check_outputs(o);
+    for (int id = OPT_THICKNESS_MAP; id <= OPT_LAYER; ++id)
+        if (given(o, id) && (o->half || o->denoise > 0 || o->sequence))
+            return error_line("%s: not with --half, --denoise or --sequence", option_table[id].name);
+    return check_outputs(o);
 }
 
 /* ---- the work ----------------------------------------------------------------------------------------------------- */
+
+enum { STAGES_MAX = 12 };
 
 typedef struct job {
     const options *options;
@@ -475,14 +613,18 @@ typedef struct job {
     gtao_desc desc;
     gtao_output output;
     gtao_context *context;
+    gtao_frame_desc frame; /* if `framed`: half resolution, filters, or a sequence */
+    gtao_frame_context *frame_context;
+    int framed;
+    float (*cameras)[12];  /* world to view, of each frame */
+    uint32_t first, count; /* frames of a sequence; 0 and 1 otherwise */
 
-    int terminal, shown, run; /* progress line */
+    int stages;
+    const char *stage_names[STAGES_MAX];
+    int terminal, shown, run, runs; /* progress line */
     double started;
     gtao_stats total;
 } job;
-
-enum { STAGE_BEGIN, STAGE_PREPARE, STAGE_VISIBILITY, STAGE_MULTI_BOUNCE, STAGE_COUNT };
-static const char *const stage_names[STAGE_COUNT] = {"begin", "prepare", "visibility", "multi_bounce"};
 
 static int same_window(const job *j, int id, const char *spec, const image *img) {
     const image *d = &j->depth;
@@ -505,13 +647,18 @@ static int read_plane(const job *j, int id, const char *spec, image *out) {
     return same_window(j, id, spec, out);
 }
 
-static int read_inputs(job *j) {
+static int read_inputs(job *j, uint32_t frame) {
     const options *o = j->options;
     image_error error;
-    int ok = 1;
-    if (!image_read_depth(o->depth, &j->depth, &error))
-        return error_line("--depth %s", error.text);
-    if (o->normal && !image_read_normals(o->normal, &j->normals, &error))
+    int ok;
+    char depth_name[4096], normal_name[4096];
+    image_free(&j->depth);
+    image_free(&j->normals);
+    if (!image_read_depth(frame_name(o, o->sequence ? o->sequence : o->depth, frame, depth_name, sizeof depth_name),
+                          &j->depth, &error))
+        return error_line("%s %s", o->sequence ? "--sequence" : "--depth", error.text);
+    if (o->normal &&
+        !image_read_normals(frame_name(o, o->normal, frame, normal_name, sizeof normal_name), &j->normals, &error))
         return error_line("--normal %s", error.text);
     ok = !o->normal || same_window(j, OPT_NORMAL, o->normal, &j->normals);
     ok = ok && read_plane(j, OPT_THICKNESS_MAP, o->thickness_map, &j->thickness);
@@ -592,6 +739,14 @@ static void set_desc(job *j) {
     desc->noise = (gtao_noise)o->noise;
     desc->frame = o->frame;
     desc->isa = (gtao_isa)o->isa;
+
+    j->framed = o->half || o->denoise > 0 || o->sequence;
+    j->frame.desc = *desc;
+    j->frame.half = o->half;
+    j->frame.spatial_passes = o->denoise;
+    j->frame.no_spatial = o->denoise == 0 && (!o->sequence || given(o, OPT_DENOISE));
+    j->frame.no_temporal = !o->sequence;
+    j->frame.no_skip = o->no_skip;
 }
 
 /* The option behind a field of the descriptor that the library refuses. */
@@ -662,12 +817,12 @@ static int allocate(job *j) {
     j->output.visibility = j->visibility.data;
     j->output.bent_normals = j->bent.data;
 
-    j->scratch_size = gtao_scratch_size(&j->desc);
+    j->scratch_size = j->framed ? gtao_frame_state_size(&j->frame) : gtao_scratch_size(&j->desc);
     if (j->scratch_size == 0) {
         gtao_result why = gtao_begin(&j->desc, &j->output, NULL, 0, &j->context);
         return library_error(j, why);
     }
-    j->scratch = malloc(j->scratch_size);
+    j->scratch = calloc(1, j->scratch_size);
     j->workers = pool_create(o->threads);
     j->stats = j->workers ? calloc((size_t)pool_threads(j->workers), sizeof *j->stats) : NULL;
     if (!j->scratch || !j->stats)
@@ -699,7 +854,7 @@ static void show_progress(void *user, int rows_done, int rows) {
     job *j = user;
     if (!j->terminal || cli_seconds() - j->started < 1.0)
         return;
-    double part = ((double)j->run + (double)rows_done / (double)rows) / (double)j->options->repeat;
+    double part = ((double)j->run + (double)rows_done / (double)rows) / (double)j->runs;
     int percent = (int)(100.0 * part);
     if (percent != j->shown || !j->shown) {
         fprintf(stderr, "\rao: %3d %%", percent);
@@ -708,81 +863,77 @@ static void show_progress(void *user, int rows_done, int rows) {
     }
 }
 
-static int compute_once(job *j, double seconds[STAGE_COUNT]) {
-    int rows = j->depth.height;
-    double t0 = cli_seconds();
-    gtao_result result = gtao_begin(&j->desc, &j->output, j->scratch, j->scratch_size, &j->context);
-    if (result != GTAO_OK)
-        return library_error(j, result);
-    double t1 = cli_seconds();
-    pool_run(j->workers, rows, 0, prepare_rows, NULL, j);
-    double t2 = cli_seconds();
-    pool_run(j->workers, rows, 0, visibility_rows, show_progress, j);
-    double t3 = cli_seconds();
-    if (j->color.data)
-        pool_run(j->workers, rows, 0, multi_bounce_rows, NULL, j);
-    double t4 = cli_seconds();
-    seconds[STAGE_BEGIN] = t1 - t0;
-    seconds[STAGE_PREPARE] = t2 - t1;
-    seconds[STAGE_VISIBILITY] = t3 - t2;
-    seconds[STAGE_MULTI_BOUNCE] = t4 - t3;
-    return 1;
+/* Notes the time of a stage, by its name. */
+static void stage_done(job *j, const char *name, double *seconds, double *since) {
+    double now = cli_seconds();
+    j->stage_names[j->stages] = name;
+    seconds[j->stages++] = now - *since;
+    *since = now;
 }
 
-/* Runs it --repeat times. ms[stage] and the total are medians. */
-static int compute(job *j, double ms[STAGE_COUNT], double *total_ms) {
-    int repeat = j->options->repeat, ok = 1;
-    double *times = malloc(sizeof *times * (STAGE_COUNT + 1) * (size_t)repeat);
-    if (!times)
-        return error_line("--repeat %d: not enough memory", repeat);
-    j->terminal = isatty(STDERR_FILENO);
-    j->started = cli_seconds();
-    for (j->run = 0; ok && j->run < repeat; ++j->run) {
-        double seconds[STAGE_COUNT], sum = 0.0;
-        ok = compute_once(j, seconds);
-        for (int s = 0; ok && s < STAGE_COUNT; ++s) {
-            times[s * repeat + j->run] = 1e3 * seconds[s];
-            sum += 1e3 * seconds[s];
+typedef struct frame_stage {
+    job *job;
+    int stage;
+} frame_stage;
+
+static void frame_units(void *user, int thread, int begin, int end) {
+    const frame_stage *s = user;
+    gtao_frame_run(s->job->frame_context, s->stage, begin, end, s->job->stats + thread);
+}
+
+static int compute_once(job *j, double seconds[STAGES_MAX]) {
+    int rows = j->depth.height;
+    double since = cli_seconds();
+    gtao_result result;
+    j->stages = 0;
+    if (j->framed) {
+        frame_stage s = {j, 0};
+        result = gtao_frame_begin(&j->frame, &j->output, j->scratch, j->scratch_size, &j->frame_context);
+        if (result != GTAO_OK)
+            return library_error(j, result);
+        stage_done(j, "begin", seconds, &since);
+        for (; s.stage < gtao_frame_stages(j->frame_context); ++s.stage) {
+            pool_run(j->workers, gtao_frame_units(j->frame_context, s.stage), 0, frame_units, NULL, &s);
+            stage_done(j, gtao_frame_stage_name(j->frame_context, s.stage), seconds, &since);
         }
-        if (ok)
-            times[STAGE_COUNT * repeat + j->run] = sum;
-        for (int t = 0; ok && j->run == 0 && t < pool_threads(j->workers); ++t) {
-            j->total.sky += j->stats[t].sky;
-            j->total.masked += j->stats[t].masked;
-            j->total.small_radius += j->stats[t].small_radius;
-            j->total.derived_normals += j->stats[t].derived_normals;
-            j->total.samples += j->stats[t].samples;
-        }
+    } else {
+        result = gtao_begin(&j->desc, &j->output, j->scratch, j->scratch_size, &j->context);
+        if (result != GTAO_OK)
+            return library_error(j, result);
+        stage_done(j, "begin", seconds, &since);
+        pool_run(j->workers, rows, 0, prepare_rows, NULL, j);
+        stage_done(j, "prepare", seconds, &since);
+        pool_run(j->workers, rows, 0, visibility_rows, show_progress, j);
+        stage_done(j, "visibility", seconds, &since);
     }
-    if (j->shown)
-        fputs("\r          \r", stderr);
-    for (int s = 0; ok && s < STAGE_COUNT; ++s)
-        ms[s] = cli_median(times + s * repeat, repeat);
-    *total_ms = ok ? cli_median(times + STAGE_COUNT * repeat, repeat) : 0.0;
-    free(times);
-    return ok;
+    if (j->color.data) {
+        pool_run(j->workers, rows, 0, multi_bounce_rows, NULL, j);
+        stage_done(j, "multi_bounce", seconds, &since);
+    }
+    return 1;
 }
 
 /* ---- output ------------------------------------------------------------------------------------------------------- */
 
-static void stats_text(const job *j, const double ms[STAGE_COUNT], double total_ms, char *text, size_t size) {
+static void stats_text(const job *j, const double ms[STAGES_MAX], double total_ms, char *text, size_t size) {
     size_t n = 0;
-    n += (size_t)snprintf(text + n, size - n,
-                          "{\n  \"width\": %d,\n  \"height\": %d,\n  \"isa\": \"%s\",\n  \"threads\": %d,\n"
-                          "  \"slices\": %d,\n  \"steps\": %d,\n  \"total_ms\": %.6f,\n  \"stages\": [\n",
-                          j->depth.width, j->depth.height, gtao_isa_name(gtao_context_isa(j->context)),
-                          pool_threads(j->workers), gtao_context_slices(j->context), gtao_context_steps(j->context),
-                          total_ms);
-    int stages = j->color.data ? STAGE_COUNT : STAGE_MULTI_BOUNCE;
-    for (int s = 0; s < stages; ++s)
-        n += (size_t)snprintf(text + n, size - n, "    {\"name\": \"%s\", \"ms\": %.6f}%s\n", stage_names[s], ms[s],
-                              s + 1 < stages ? "," : "");
+    const gtao_context *context = j->framed ? gtao_frame_horizons(j->frame_context) : j->context;
+    n +=
+        (size_t)snprintf(text + n, size - n,
+                         "{\n  \"width\": %d,\n  \"height\": %d,\n  \"isa\": \"%s\",\n  \"threads\": %d,\n"
+                         "  \"slices\": %d,\n  \"steps\": %d,\n  \"total_ms\": %.6f,\n  \"stages\": [\n",
+                         j->depth.width, j->depth.height, gtao_isa_name(gtao_context_isa(context)),
+                         pool_threads(j->workers), gtao_context_slices(context), gtao_context_steps(context), total_ms);
+    for (int s = 0; s < j->stages; ++s)
+        n += (size_t)snprintf(text + n, size - n, "    {\"name\": \"%s\", \"ms\": %.6f}%s\n", j->stage_names[s], ms[s],
+                              s + 1 < j->stages ? "," : "");
     snprintf(text + n, size - n,
              "  ],\n  \"samples\": %llu,\n  \"derived_normals\": %llu,\n"
-             "  \"skipped\": {\"sky\": %llu, \"masked\": %llu, \"small_radius\": %llu}\n}\n",
+             "  \"skipped\": {\"sky\": %llu, \"masked\": %llu, \"small_radius\": %llu, "
+             "\"unchanged\": %llu}\n}\n",
              (unsigned long long)j->total.samples, (unsigned long long)j->total.derived_normals,
              (unsigned long long)j->total.sky, (unsigned long long)j->total.masked,
-             (unsigned long long)j->total.small_radius);
+             (unsigned long long)j->total.small_radius, (unsigned long long)j->total.unchanged);
 }
 
 /* The pixels lie in the picture where the depth's did. */
@@ -793,29 +944,31 @@ static void place(image *img, const image *like) {
     img->display_height = like->display_height;
 }
 
-/* All files are complete under temporary names before the first gets its own. */
-static int write_outputs(job *j, const double ms[STAGE_COUNT], double total_ms) {
+/* The images, of a frame if there are several, and the statistics if `ms` is not null. All files are complete under
+ * temporary names before the first gets its own. */
+static int write_outputs(job *j, uint32_t frame, const double ms[STAGES_MAX], double total_ms) {
     static const char *const names_y[] = {"Y"}, *const names_rgb[] = {"R", "G", "B"};
     static const char *const names_bent[] = {"bent.X", "bent.Y", "bent.Z"};
     const options *o = j->options;
     image_error error;
     image_pending pending[3];
-    char text[2048];
+    char text[2048], name[4096];
     int ids[3], count = 0, ok, id = OPT_OUTPUT;
     memset(pending, 0, sizeof pending);
     place(&j->visibility, &j->depth);
     place(&j->bent, &j->depth);
     place(&j->color, &j->depth);
 
-    ok = image_write(o->output, j->color.data ? &j->color : &j->visibility, j->color.data ? names_rgb : names_y,
-                     IMAGE_RANGE_UNIT, pending + count, &error);
+    ok = image_write(frame_name(o, o->output, frame, name, sizeof name), j->color.data ? &j->color : &j->visibility,
+                     j->color.data ? names_rgb : names_y, IMAGE_RANGE_UNIT, pending + count, &error);
     ids[count++] = id;
     if (ok && o->bent) {
         id = OPT_BENT;
-        ok = image_write(o->bent, &j->bent, names_bent, IMAGE_RANGE_SIGNED, pending + count, &error);
+        ok = image_write(frame_name(o, o->bent, frame, name, sizeof name), &j->bent, names_bent, IMAGE_RANGE_SIGNED,
+                         pending + count, &error);
         ids[count++] = id;
     }
-    if (ok && o->stats) {
+    if (ok && o->stats && ms) {
         id = OPT_STATS;
         stats_text(j, ms, total_ms, text, sizeof text);
         ok = image_write_text(o->stats, text, pending + count, &error);
@@ -830,6 +983,98 @@ static int write_outputs(job *j, const double ms[STAGE_COUNT], double total_ms) 
     return ok ? 1 : error_line("%s %s", option_table[id].name, error.text);
 }
 
+/* Only the statistics: the images of a sequence are written frame by frame. */
+static int write_stats(const job *j, const double ms[STAGES_MAX], double total_ms) {
+    image_error error;
+    image_pending pending;
+    char text[2048];
+    int ok;
+    if (!j->options->stats)
+        return 1;
+    memset(&pending, 0, sizeof pending);
+    stats_text(j, ms, total_ms, text, sizeof text);
+    ok = image_write_text(j->options->stats, text, &pending, &error) && image_commit(&pending, &error);
+    image_discard(&pending);
+    return ok ? 1 : error_line("--stats %s", error.text);
+}
+
+/* ---- frames of a sequence ----------------------------------------------------------------------------------------- */
+
+/* How many there are from --frame on. */
+static int count_frames(job *j) {
+    const options *o = j->options;
+    char name[4096], path[4096];
+    struct stat info;
+    j->first = o->frame;
+    for (j->count = 0; j->count < 1000000; ++j->count) {
+        frame_name(o, o->sequence, j->first + j->count, name, sizeof name);
+        if (!image_spec_path(name, path, sizeof path) || stat(path, &info) != 0)
+            break;
+    }
+    return j->count
+               ? 1
+               : error_line("--sequence %s: there is no file", frame_name(o, o->sequence, j->first, name, sizeof name));
+}
+
+/* Input and motion of frame k. */
+static int begin_frame(job *j, int k) {
+    const options *o = j->options;
+    int width = j->desc.width, height = j->desc.height;
+    if (k > 0 && !read_inputs(j, j->first + (uint32_t)k))
+        return 0;
+    if (j->depth.width != width || j->depth.height != height) {
+        char name[4096];
+        return error_line("--sequence %s: %d x %d, but the first frame is %d x %d",
+                          frame_name(o, o->sequence, j->first + (uint32_t)k, name, sizeof name), j->depth.width,
+                          j->depth.height, width, height);
+    }
+    j->frame.desc.depth = j->depth.data;
+    j->frame.desc.normals = o->normal ? j->normals.data : NULL;
+    if (k > 0 && j->cameras && !relative_camera(j->cameras[k], j->cameras[k - 1], j->frame.view_to_previous))
+        return error_line("--camera %s: the matrix of frame %d cannot be inverted", o->camera, k);
+    return 1;
+}
+
+/* Runs it --repeat times, or once for each frame. ms[stage] and the total are medians. */
+static int compute(job *j, double ms[STAGES_MAX], double *total_ms) {
+    int repeat = j->runs, ok = 1;
+    double *times = malloc(sizeof *times * (STAGES_MAX + 1) * (size_t)repeat);
+    if (!times)
+        return error_line("--repeat %d: not enough memory", repeat);
+    j->terminal = isatty(STDERR_FILENO);
+    j->started = cli_seconds();
+    for (j->run = 0; ok && j->run < repeat; ++j->run) {
+        double seconds[STAGES_MAX], sum = 0.0;
+        ok = (!j->options->sequence || begin_frame(j, j->run)) && compute_once(j, seconds);
+        for (int s = 0; ok && s < j->stages; ++s) {
+            times[s * repeat + j->run] = 1e3 * seconds[s];
+            sum += 1e3 * seconds[s];
+        }
+        if (ok)
+            times[STAGES_MAX * repeat + j->run] = sum;
+        if (ok && j->options->sequence) {
+            ok = write_outputs(j, j->first + (uint32_t)j->run, NULL, 0.0);
+            show_progress(j, 1, 1);
+        }
+        for (int t = 0; ok && (j->run == 0 || j->options->sequence) && t < pool_threads(j->workers); ++t) {
+            j->total.sky += j->stats[t].sky;
+            j->total.masked += j->stats[t].masked;
+            j->total.small_radius += j->stats[t].small_radius;
+            j->total.derived_normals += j->stats[t].derived_normals;
+            j->total.samples += j->stats[t].samples;
+            j->total.unchanged += j->stats[t].unchanged;
+            memset(&j->stats[t], 0, sizeof j->stats[t]);
+        }
+    }
+    if (j->shown)
+        fputs("\r          \r", stderr);
+    for (int s = 0; ok && s < j->stages; ++s)
+        ms[s] = cli_median(times + s * repeat, repeat);
+    *total_ms = ok ? cli_median(times + STAGES_MAX * repeat, repeat) : 0.0;
+    free(times);
+    return ok;
+}
+
 static void free_job(job *j) {
     image_free(&j->depth);
     image_free(&j->normals);
@@ -842,6 +1087,7 @@ static void free_job(job *j) {
     for (int i = 0; i <= GTAO_MAX_LAYERS; ++i)
         image_free(&j->back[i]);
     pool_destroy(j->workers);
+    free(j->cameras);
     free(j->stats);
     free(j->scratch);
 }
@@ -858,11 +1104,20 @@ int main(int argc, char **argv) {
     job j;
     memset(&j, 0, sizeof j);
     j.options = &o;
-    double ms[STAGE_COUNT] = {0}, total_ms = 0.0;
-    int ok = read_inputs(&j);
+    double ms[STAGES_MAX] = {0}, total_ms = 0.0;
+    int ok = (!o.sequence || count_frames(&j)) && read_inputs(&j, o.frame);
+    j.runs = o.sequence ? (int)j.count : o.repeat;
+    if (ok && o.camera) {
+        int matrices = read_cameras(&o, &j.cameras);
+        ok = matrices > 0;
+        if (ok && matrices < j.runs)
+            ok = error_line("--camera %s: %d matrices for %d frames", o.camera, matrices, j.runs);
+    }
     if (ok)
         set_desc(&j);
-    ok = ok && allocate(&j) && compute(&j, ms, &total_ms) && write_outputs(&j, ms, total_ms);
+    ok = ok && allocate(&j) && compute(&j, ms, &total_ms);
+    if (ok)
+        ok = o.sequence ? write_stats(&j, ms, total_ms) : write_outputs(&j, 0, ms, total_ms);
     free_job(&j);
     return ok ? 0 : 2;
 }

@@ -62,6 +62,23 @@ static uint64_t hash_estimate(const setting *s) {
     return h;
 }
 
+/* Five frames of a sequence. */
+static uint64_t hash_frames(const frame_setting *f, gtao_isa isa) {
+    layout tight = {0, 0, 0};
+    const setting *s = &settings[(f - frame_settings) % SETTING_COUNT];
+    sequence q = sequence_make(s, 91, 45, &f->frame, tight);
+    uint64_t h = hash_start;
+    q.frame.desc.isa = isa;
+    for (int k = 0; k < 5; k++) {
+        sequence_fill(&q, s, k);
+        if (sequence_run(&q, k, NULL) != GTAO_OK)
+            h = 0;
+        h = hash_plane(hash_plane(hash_plane(h, &q.out.visibility), &q.out.bent), &q.out.packed);
+    }
+    sequence_free(&q);
+    return h;
+}
+
 /* The formulas of level 3 over a sweep. */
 static uint64_t hash_formulas(void) {
     uint64_t h = hash_start;
@@ -109,6 +126,10 @@ static int hash_all(gtao_isa isa, entry *entries) {
     entries[count++].hash = hash_setting(&settings[0], isa, GTAO_FORMAT_UNORM8);
     entries[count].name = "unorm16";
     entries[count++].hash = hash_setting(&settings[0], isa, GTAO_FORMAT_UNORM16);
+    for (int i = 0; i < FRAME_SETTING_COUNT; i++, count++) {
+        entries[count].name = frame_settings[i].name;
+        entries[count].hash = hash_frames(&frame_settings[i], isa);
+    }
     entries[count].name = "estimate";
     entries[count++].hash = hash_estimate(&settings[0]);
     entries[count].name = "formulas";
@@ -142,7 +163,7 @@ static int compare(FILE *file, gtao_isa isa, const entry *entries, int count) {
 }
 
 int main(int argc, char **argv) {
-    static entry entries[SETTING_COUNT + 4];
+    static entry entries[SETTING_COUNT + FRAME_SETTING_COUNT + 4];
     int bad = 0;
     if (argc < 2) {
         int count = hash_all(GTAO_ISA_SCALAR, entries);

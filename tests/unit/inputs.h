@@ -396,4 +396,97 @@ static inline int result_spilled(const result *r) {
            (r->packed.memory && plane_spilled(&r->packed));
 }
 
+/* ---- a sequence of frames -------------------------------------------------------------------------------------- */
+
+typedef struct sequence {
+    gtao_frame_desc frame;
+    input in;
+    plane motion;
+    int width, height;
+    void *state;
+    size_t state_size;
+    result out;
+} sequence;
+
+static inline sequence sequence_make(const setting *s, int width, int height, const gtao_frame_desc *options,
+                                     layout l) {
+    sequence q;
+    setting plain = *s; /* frames take a constant thickness only */
+    plain.given &= WITH_MASK;
+    memset(&q, 0, sizeof q);
+    q.width = width, q.height = height;
+    q.in = input_make(&plain, width, height, l);
+    q.frame = *options;
+    q.frame.desc = q.in.desc;
+    q.motion = plane_make(height, (size_t)width * 3 * sizeof(float), l);
+    if (options->motion_components) {
+        q.frame.motion = (const float *)(const void *)plane_row(&q.motion, 0);
+        q.frame.motion_stride = options->motion_components == 3 ? plane_stride(&q.motion) : q.motion.stride;
+    }
+    q.state_size = gtao_frame_state_size(&q.frame);
+    q.state = malloc(q.state_size);
+    if (!q.state || !q.state_size)
+        abort();
+    memset(q.state, 0xFF, q.state_size); /* whatever is read must have been written */
+    q.out = result_make(&q.in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 4, l, 0);
+    return q;
+}
+
+static inline void sequence_free(sequence *q) {
+    result_free(&q->out);
+    free(q->state);
+    free(q->motion.memory);
+    input_free(&q->in);
+}
+
+/* Depth of frame k: a part of the image changes, and the rest now and then. */
+static inline void sequence_fill(sequence *q, const setting *s, int k) {
+    for (int y = 0; y < q->height; y++) {
+        float *depth = (float *)(void *)plane_row(&q->in.depth, y), *motion = (float *)(void *)plane_row(&q->motion, y);
+        for (int x = 0; x < q->width; x++) {
+            float z = scene_depth(x + (x > 20 && y > 5 ? k : 0), y, 7u + (uint32_t)(k / 3), s->desc.depth_kind);
+            uint32_t h = hash_cell(x / 5, y / 3, (uint32_t)k);
+            memcpy(depth + x, &z, sizeof z);
+            for (int i = 0; i < q->frame.motion_components; i++) {
+                float m = (float)((int)(h >> (8 * i) & 63u) - 32) / 16.0f;
+                if ((h >> 24) == 1)
+                    m = float_nan();
+                if ((h >> 24) == 2)
+                    m = 1e30f;
+                memcpy(motion + x * q->frame.motion_components + i, &m, sizeof m);
+            }
+        }
+    }
+}
+
+/* The first frame cuts. */
+static inline gtao_result sequence_run(sequence *q, int k, gtao_stats *stats) {
+    q->frame.cut = k == 0;
+    return gtao_frame(&q->frame, &q->out.output, q->state, q->state_size, stats);
+}
+
+/* Every option of a frame at least once. */
+typedef struct frame_setting {
+    const char *name;
+    gtao_frame_desc frame;
+} frame_setting;
+
+static const frame_setting frame_settings[] = {
+    {"frame-full", {.depth_tolerance = 0}},
+    {"frame-half", {.half = 1}},
+    {"frame-half-farthest-two-passes", {.half = 1, .reduction = GTAO_REDUCE_FARTHEST, .spatial_passes = 2}},
+    {"frame-half-checkerboard-three-passes", {.half = 1, .reduction = GTAO_REDUCE_CHECKERBOARD, .spatial_passes = 3}},
+    {"frame-no-spatial", {.half = 1, .no_spatial = 1}},
+    {"frame-no-temporal", {.no_temporal = 1, .spatial_passes = 2}},
+    {"frame-upsampling-only", {.half = 1, .no_temporal = 1, .no_spatial = 1}},
+    {"frame-variance", {.history = GTAO_HISTORY_VARIANCE, .max_history = 5}},
+    {"frame-free", {.half = 1, .history = GTAO_HISTORY_FREE, .depth_tolerance = 0.02f}},
+    {"frame-moving-camera",
+     {.half = 1, .view_to_previous = {1, 0, 0.01f, 0.02f, 0, 1, 0, -0.01f, -0.01f, 0, 1, 0.05f}}},
+    {"frame-motion", {.half = 1, .motion_components = 2}},
+    {"frame-motion-in-depth", {.motion_components = 3, .clamp_window = 0.1f}},
+};
+
+enum { FRAME_SETTING_COUNT = (int)(sizeof frame_settings / sizeof frame_settings[0]) };
+
 #endif

@@ -237,6 +237,9 @@ static void every_error_is_tested(void **state) {
         seen[breakages[i].expected]++;
     seen[GTAO_OK]++;           /* every other test */
     seen[GTAO_ERROR_MATRIX]++; /* matrices_that_are_no_projection */
+    for (int i = GTAO_ERROR_FRAME; i <= GTAO_ERROR_STATE; i++)
+        seen[i]++; /* test_frame.c */
+    seen[GTAO_ERROR_SIGNAL]++;
     for (int i = 0; i < GTAO_RESULT_COUNT; i++)
         if (seen[i] == 0)
             fail_msg("no test for \"%s\"", gtao_result_string((gtao_result)i));

@@ -13,103 +13,24 @@
 
 static const layout tight = {0, 0, 0};
 
-/* ---- a sequence of frames -------------------------------------------------------------------------------------- */
-
-typedef struct sequence {
-    gtao_frame_desc frame;
-    input in;
-    plane motion;
-    int width, height;
-    void *state;
-    size_t state_size;
-    result out;
-} sequence;
-
-static sequence sequence_make(const setting *s, int width, int height, const gtao_frame_desc *options, layout l) {
-    sequence q;
-    memset(&q, 0, sizeof q);
-    q.width = width, q.height = height;
-    q.in = input_make(s, width, height, l);
-    q.frame = *options;
-    q.frame.desc = q.in.desc;
-    q.motion = plane_make(height, (size_t)width * 3 * sizeof(float), l);
-    if (options->motion_components) {
-        q.frame.motion = (const float *)(const void *)plane_row(&q.motion, 0);
-        q.frame.motion_stride = options->motion_components == 3 ? plane_stride(&q.motion) : q.motion.stride;
-    }
-    q.state_size = gtao_frame_state_size(&q.frame);
-    assert_true(q.state_size > 0);
-    q.state = malloc(q.state_size);
-    assert_non_null(q.state);
-    memset(q.state, 0xFF, q.state_size); /* whatever is read must have been written */
-    q.out = result_make(&q.in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 4, l, 0);
-    return q;
-}
-
-static void sequence_free(sequence *q) {
-    result_free(&q->out);
-    free(q->state);
-    free(q->motion.memory);
-    input_free(&q->in);
-}
-
-/* Depth of frame k: a part of the image changes, and the rest now and then. */
-static void sequence_fill(sequence *q, const setting *s, int k) {
-    for (int y = 0; y < q->height; y++) {
-        float *depth = (float *)(void *)plane_row(&q->in.depth, y), *motion = (float *)(void *)plane_row(&q->motion, y);
-        for (int x = 0; x < q->width; x++) {
-            float z = scene_depth(x + (x > 20 && y > 5 ? k : 0), y, 7u + (uint32_t)(k / 3), s->desc.depth_kind);
-            uint32_t h = hash_cell(x / 5, y / 3, (uint32_t)k);
-            memcpy(depth + x, &z, sizeof z);
-            for (int i = 0; i < q->frame.motion_components; i++) {
-                float m = (float)((int)(h >> (8 * i) & 63u) - 32) / 16.0f;
-                if ((h >> 24) == 1)
-                    m = float_nan();
-                if ((h >> 24) == 2)
-                    m = 1e30f;
-                memcpy(motion + x * q->frame.motion_components + i, &m, sizeof m);
-            }
-        }
-    }
-}
-
 static void run(sequence *q, int k, gtao_stats *stats) {
-    q->frame.cut = k == 0;
-    assert_int_equal(gtao_frame(&q->frame, &q->out.output, q->state, q->state_size, stats), GTAO_OK);
+    assert_int_equal(sequence_run(q, k, stats), GTAO_OK);
 }
-
-static const struct {
-    const char *name;
-    gtao_frame_desc frame;
-} options[] = {
-    {"full", {.depth_tolerance = 0}},
-    {"half", {.half = 1}},
-    {"half farthest, two passes", {.half = 1, .reduction = GTAO_REDUCE_FARTHEST, .spatial_passes = 2}},
-    {"half checkerboard, three passes", {.half = 1, .reduction = GTAO_REDUCE_CHECKERBOARD, .spatial_passes = 3}},
-    {"no spatial", {.half = 1, .no_spatial = 1}},
-    {"no temporal", {.no_temporal = 1, .spatial_passes = 2}},
-    {"upsampling only", {.half = 1, .no_temporal = 1, .no_spatial = 1}},
-    {"variance", {.history = GTAO_HISTORY_VARIANCE, .max_history = 5}},
-    {"free", {.half = 1, .history = GTAO_HISTORY_FREE, .depth_tolerance = 0.02f}},
-    {"moving camera", {.half = 1, .view_to_previous = {1, 0, 0.01f, 0.02f, 0, 1, 0, -0.01f, -0.01f, 0, 1, 0.05f}}},
-    {"motion", {.half = 1, .motion_components = 2}},
-    {"motion in depth", {.motion_components = 3, .clamp_window = 0.1f}},
-};
 
 /* ---- bits ------------------------------------------------------------------------------------------------------- */
 
 /* All settings, each with another of the frame's options. */
 static void isas_agree(void **state) {
     const setting *s = (const setting *)*state;
-    for (size_t o = (size_t)(s - settings) % 4; o < sizeof options / sizeof options[0]; o += 4) {
+    for (size_t o = (size_t)(s - settings) % 4; o < FRAME_SETTING_COUNT; o += 4) {
         int width = 131 - 9 * (int)o, height = 9 + 5 * (int)o;
-        sequence scalar = sequence_make(s, width, height, &options[o].frame, tight);
+        sequence scalar = sequence_make(s, width, height, &frame_settings[o].frame, tight);
         scalar.frame.desc.isa = GTAO_ISA_SCALAR;
         for (int isa = GTAO_ISA_SSE2; isa <= GTAO_ISA_NEON; isa++) {
             sequence q;
             if (!gtao_isa_available((gtao_isa)isa))
                 continue;
-            q = sequence_make(s, width, height, &options[o].frame, tight);
+            q = sequence_make(s, width, height, &frame_settings[o].frame, tight);
             q.frame.desc.isa = (gtao_isa)isa;
             for (int k = 0; k < 4; k++) {
                 sequence_fill(&scalar, s, k);
@@ -117,7 +38,7 @@ static void isas_agree(void **state) {
                 run(&scalar, k, NULL);
                 run(&q, k, NULL);
                 if (!result_equal(&scalar.out, &q.out))
-                    fail_msg("%s, %s, frame %d: %s differs from scalar", s->name, options[o].name, k,
+                    fail_msg("%s, %s, frame %d: %s differs from scalar", s->name, frame_settings[o].name, k,
                              gtao_isa_name((gtao_isa)isa));
             }
             sequence_free(&q);
@@ -130,10 +51,10 @@ static void isas_agree(void **state) {
 static void splits_and_strides_agree(void **state) {
     static const layout odd = {12, 20, 1};
     (void)state;
-    for (size_t o = 0; o < sizeof options / sizeof options[0]; o++) {
+    for (size_t o = 0; o < FRAME_SETTING_COUNT; o++) {
         const setting *s = &settings[o % 2];
-        sequence whole = sequence_make(s, 91, 45, &options[o].frame, tight);
-        sequence split = sequence_make(s, 91, 45, &options[o].frame, odd);
+        sequence whole = sequence_make(s, 91, 45, &frame_settings[o].frame, tight);
+        sequence split = sequence_make(s, 91, 45, &frame_settings[o].frame, odd);
         for (int k = 0; k < 4; k++) {
             gtao_frame_context *context;
             gtao_stats one = {0}, many = {0};
@@ -154,7 +75,7 @@ static void splits_and_strides_agree(void **state) {
                 }
             }
             if (!result_equal(&whole.out, &split.out))
-                fail_msg("%s, frame %d: units one by one differ from the whole", options[o].name, k);
+                fail_msg("%s, frame %d: units one by one differ from the whole", frame_settings[o].name, k);
             assert_memory_equal(&one, &many, sizeof one);
         }
         assert_false(result_spilled(&split.out));
@@ -166,10 +87,10 @@ static void splits_and_strides_agree(void **state) {
 /* A plane, tilted: visibility 1 and bent normal = normal, to the bit and to rounding, through every stage. */
 static void open_planes_stay_open(void **state) {
     (void)state;
-    for (size_t o = 0; o < sizeof options / sizeof options[0]; o++) {
+    for (size_t o = 0; o < FRAME_SETTING_COUNT; o++) {
         static const setting s = {"plane", 1, 0, {PERSPECTIVE, .radius = 1.5f, .slices = 1, .steps = 8}};
         const int width = 75, height = 41;
-        sequence q = sequence_make(&s, width, height, &options[o].frame, tight);
+        sequence q = sequence_make(&s, width, height, &frame_settings[o].frame, tight);
         const float n[3] = {0.3f, -0.6f, -0.741619848f};
         for (int y = 0; y < height; y++)
             for (int x = 0; x < width; x++) {
@@ -181,7 +102,7 @@ static void open_planes_stay_open(void **state) {
                        4 * (size_t)q.frame.motion_components);
             }
         for (int k = 0; k < 3; k++) {
-            float tolerance = options[o].frame.reduction == GTAO_REDUCE_CHECKERBOARD ? 1e-3f : 0.0f;
+            float tolerance = frame_settings[o].frame.reduction == GTAO_REDUCE_CHECKERBOARD ? 1e-3f : 0.0f;
             run(&q, k, NULL);
             for (int y = 0; y < height; y++)
                 for (int x = 0; x < width; x++) {
@@ -189,11 +110,11 @@ static void open_planes_stay_open(void **state) {
                     memcpy(&v, plane_row(&q.out.visibility, y) + 4 * x, 4);
                     memcpy(b, plane_row(&q.out.bent, y) + 16 * x, 16);
                     if (!(v >= 1.0f - tolerance && v <= 1.0f))
-                        fail_msg("%s, frame %d, (%d, %d): visibility %.8g", options[o].name, k, x, y, (double)v);
+                        fail_msg("%s, frame %d, (%d, %d): visibility %.8g", frame_settings[o].name, k, x, y, (double)v);
                     for (int i = 0; i < 3; i++)
                         if (!(fabsf(b[i] - n[i]) < 2e-5f + tolerance))
-                            fail_msg("%s, frame %d, (%d, %d): bent normal %.7g %.7g %.7g", options[o].name, k, x, y,
-                                     (double)b[0], (double)b[1], (double)b[2]);
+                            fail_msg("%s, frame %d, (%d, %d): bent normal %.7g %.7g %.7g", frame_settings[o].name, k, x,
+                                     y, (double)b[0], (double)b[1], (double)b[2]);
                 }
         }
         sequence_free(&q);
@@ -207,9 +128,9 @@ static void bad_values_give_good_ones(void **state) {
     static const uint32_t bad[] = {0x7FC00000u, 0x7F800000u, 0xFF800000u, 0, 0x80000000u, 1, 0x7F7FFFFFu, 0x0DA24260u};
     uint32_t random = 5;
     (void)state;
-    for (size_t o = 0; o < sizeof options / sizeof options[0]; o++) {
+    for (size_t o = 0; o < FRAME_SETTING_COUNT; o++) {
         const setting *s = &settings[o * 2 % (sizeof settings / sizeof settings[0])];
-        sequence q = sequence_make(s, 53, 31, &options[o].frame, tight);
+        sequence q = sequence_make(s, 53, 31, &frame_settings[o].frame, tight);
         for (int k = 0; k < 6; k++) {
             sequence_fill(&q, s, k);
             for (int i = 0; i < 40; i++) {
@@ -226,11 +147,11 @@ static void bad_values_give_good_ones(void **state) {
                     memcpy(b, plane_row(&q.out.bent, y) + 16 * x, 16);
                     length = b[0] * b[0] + b[1] * b[1] + b[2] * b[2];
                     if (!float_finite(v) || !(v >= 0.0f && v <= 1.0f))
-                        fail_msg("%s, %s, frame %d, (%d, %d): visibility %g", s->name, options[o].name, k, x, y,
+                        fail_msg("%s, %s, frame %d, (%d, %d): visibility %g", s->name, frame_settings[o].name, k, x, y,
                                  (double)v);
                     if (!float_finite(length) || !(length > 0.999f && length < 1.001f))
-                        fail_msg("%s, %s, frame %d, (%d, %d): bent normal %g %g %g", s->name, options[o].name, k, x, y,
-                                 (double)b[0], (double)b[1], (double)b[2]);
+                        fail_msg("%s, %s, frame %d, (%d, %d): bent normal %g %g %g", s->name, frame_settings[o].name, k,
+                                 x, y, (double)b[0], (double)b[1], (double)b[2]);
                 }
         }
         sequence_free(&q);
@@ -371,6 +292,7 @@ static void every_error_fires(void **state) {
     gtao_frame_desc f;
     gtao_output output = q.out.output;
     float buffer[2 * 16 * 16];
+    gtao_layer layer = {NULL, 0, NULL, 0};
     (void)state;
 #define EXPECT(result, change)                                                                                         \
     do {                                                                                                               \
@@ -383,6 +305,9 @@ static void every_error_fires(void **state) {
     assert_int_equal(gtao_frame(NULL, &output, q.state, q.state_size, NULL), GTAO_ERROR_FRAME);
     assert_int_equal(gtao_frame_state_size(NULL), 0);
     EXPECT(GTAO_ERROR_SIZE, f.desc.width = 0);
+    EXPECT(GTAO_ERROR_FRAME_ARCS, f.desc.thickness_map = f.desc.depth);
+    EXPECT(GTAO_ERROR_FRAME_ARCS, f.desc.back = f.desc.depth);
+    EXPECT(GTAO_ERROR_FRAME_ARCS, (layer.depth = f.desc.depth, f.desc.layers = &layer, f.desc.layer_count = 1));
     EXPECT(GTAO_ERROR_REDUCTION, f.reduction = (gtao_reduction)3);
     EXPECT(GTAO_ERROR_SPATIAL, f.spatial_passes = 4);
     EXPECT(GTAO_ERROR_SPATIAL, f.spatial_passes = -1);

@@ -693,6 +693,8 @@ static void test_bad_options(void **state) {
          "--layer @/z.exr --layer @/z.exr --layer @/z.exr",
          "--layer"},
         {"--layer @/z.pfm -o @/z.pfm", "z.pfm"},
+        {"--layer @/z.pfm --half", "--layer"},
+        {"--thickness-map @/z.pfm --denoise 1", "--thickness-map"},
         {"--denoise 1000", "--denoise"},
         {"--depth @/missing.exr", "missing.exr"},
         {"--depth @/z.exr:Q", "z.exr"},
@@ -727,15 +729,94 @@ static void test_bad_options(void **state) {
     assert_true(exists("z.exr"));
 }
 
-/* Options that are parsed and checked, but ask for more than this version does. */
-static void test_not_available(void **state) {
+/* The tool against gtao_frame on the same buffers: one frame, then a sequence with a moving camera. */
+static void test_frames(void **state) {
     (void)state;
-    static const char *const options[] = {"--half", "--denoise 2"};
-    for (size_t i = 0; i < sizeof options / sizeof *options; ++i) {
-        char command[256];
-        snprintf(command, sizeof command, INPUT "-o @/v.exr %s", options[i]);
-        run_badly(command, "not available in this version");
+    enum { FRAMES = 3 };
+    static const float step[12] = {1, 0, 0, 0.125f, 0, 1, 0, 0, 0, 0, 1, 0};
+    static float visibility[PIXELS], bent[3 * PIXELS];
+    gtao_frame_desc f;
+    gtao_output output;
+    size_t size;
+    image v, b;
+    memset(&f, 0, sizeof f);
+    memset(&output, 0, sizeof output);
+    output.visibility = visibility;
+    output.bent_normals = bent;
+    f.desc.width = WIDTH, f.desc.height = HEIGHT;
+    f.desc.depth = depth.data, f.desc.normals = normals.data;
+    f.desc.sky_z = 1e9f;
+    f.desc.camera.fx = focal_px;
+    f.desc.radius = 1.0f;
+    f.desc.preset = GTAO_PRESET_LOW;
+    f.half = 1, f.spatial_passes = 2, f.no_temporal = 1;
+    size = gtao_frame_state_size(&f);
+    void *memory = calloc(1, size);
+    assert_int_equal(gtao_frame(&f, &output, memory, size, NULL), GTAO_OK);
+    run_well(INPUT "--preset low --half --denoise 2 --bent @/b.exr -o @/v.exr --stats @/s.json");
+    load("v.exr", 1, &v);
+    load("b.exr", 3, &b);
+    assert_memory_equal(v.data, visibility, sizeof visibility);
+    assert_memory_equal(b.data, bent, sizeof bent);
+    image_free(&v);
+    image_free(&b);
+    remove_file("v.exr");
+    remove_file("b.exr");
+    remove_file("s.json");
+    free(memory);
+
+    f.spatial_passes = 0, f.no_temporal = 0;
+    size = gtao_frame_state_size(&f);
+    memory = calloc(1, size);
+    static const char *const names_z[] = {"Z"}, *const names_n[] = {"N.X", "N.Y", "N.Z"};
+    char name[32], text[256] = "# world to view\n";
+    image_pending pending;
+    image_error error;
+    memset(&pending, 0, sizeof pending);
+    for (int k = 0; k < FRAMES; ++k) {
+        snprintf(name, sizeof name, "z.%03d.exr", 7 + k);
+        save(name, &depth, names_z);
+        snprintf(name, sizeof name, "n.%03d.exr", 7 + k);
+        save(name, &normals, names_n);
+        snprintf(text + strlen(text), sizeof text - strlen(text), "1 0 0 %g  0 1 0 0  0 0 1 0\n", -0.125 * k);
     }
+    assert_true(image_write_text(in_directory("camera.txt"), text, &pending, &error) && image_commit(&pending, &error));
+    run_well("--sequence @/z.%03d.exr --normal @/n.%03d.exr --frame 7 --focal 40 --preset low --half "
+             "--camera @/camera.txt --bent @/b.%d.exr -o @/v.%d.exr --threads 3 --stats @/s.json");
+    load("v.9.exr", 1, &v);
+    load("b.9.exr", 3, &b);
+    f.desc.frame = 7; /* the tool's frames count on from --frame */
+    for (int k = 0; k < FRAMES; ++k) {
+        memset(f.view_to_previous, 0, sizeof f.view_to_previous);
+        if (k > 0)
+            memcpy(f.view_to_previous, step, sizeof step);
+        assert_int_equal(gtao_frame(&f, &output, memory, size, NULL), GTAO_OK);
+    }
+    assert_memory_equal(v.data, visibility, sizeof visibility);
+    assert_memory_equal(b.data, bent, sizeof bent);
+    image_free(&v);
+    image_free(&b);
+    free(memory);
+
+    run_badly("--sequence @/z.%03d.exr --frame 7 --focal 40 -o @/w.exr", "-o");
+    run_badly("--sequence @/z.exr --focal 40 -o @/w.%d.exr", "--sequence");
+    run_badly("--sequence @/z.%s.exr --focal 40 -o @/w.%d.exr", "--sequence");
+    run_badly("--sequence @/z.%03d.exr --focal 40 -o @/w.%d.exr", "z.000.exr");
+    run_badly("--sequence @/z.%03d.exr --frame 7 --depth @/z.exr --focal 40 -o @/w.%d.exr", "--depth");
+    run_badly("--sequence @/z.%03d.exr --frame 7 --repeat 2 --focal 40 -o @/w.%d.exr", "--repeat");
+    run_badly("--sequence @/z.%03d.exr --frame 7 --camera @/missing.txt --focal 40 -o @/w.%d.exr", "missing.txt");
+    run_badly("--sequence @/z.%03d.exr --frame 7 --camera @/z.exr --focal 40 -o @/w.%d.exr", "line 1");
+    run_badly(INPUT "--camera @/camera.txt -o @/w.exr", "--camera");
+    run_badly(INPUT "--denoise 4 -o @/w.exr", "--denoise");
+    for (int k = 0; k < FRAMES; ++k) {
+        static const char *const patterns[] = {"z.%03d.exr", "n.%03d.exr", "v.%d.exr", "b.%d.exr"};
+        for (int i = 0; i < 4; ++i) {
+            snprintf(name, sizeof name, i < 2 ? "%.2s%03d.exr" : "%.2s%d.exr", patterns[i], 7 + k);
+            remove_file(name);
+        }
+    }
+    remove_file("camera.txt");
+    remove_file("s.json");
 }
 
 /* An earlier result survives a failed run. */
@@ -789,7 +870,7 @@ int main(void) {
         cmocka_unit_test(test_occluders_with_thickness),
         cmocka_unit_test(test_help),
         cmocka_unit_test(test_bad_options),
-        cmocka_unit_test(test_not_available),
+        cmocka_unit_test(test_frames),
         cmocka_unit_test(test_keeps_old_output),
         cmocka_unit_test(test_damaged_files),
     };
