@@ -122,6 +122,7 @@ demo: build/demo-sheet
 # QUICK=1: small images and few settings into build/bench/; otherwise also the figures and tables that docs/ shows.
 bench: $(bench_programs) | build/setup/figures
 	build/bench-run $(if $(QUICK),--quick)
+	build/bench_thickness $(if $(QUICK),--quick)
 	build/bench_multibounce $(if $(QUICK),--size 120x68 --paths 50,--size 240x135 --paths 200) > build/bench/multibounce.txt
 	tests/bench/publish.sh $(if $(QUICK),,docs)
 
