@@ -3664,9 +3664,11 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_visit_column)(const gtao_context *c, const GTAOI_PI
         }
     }
     wanted = GM_AND(wanted, GV_LT(*horizon, u));
+    *low = l, *high = u;
+    if (!GM_ANY(wanted)) /* mostly */
+        return wanted;
     joined = GM_AND(wanted, GV_LE(l, *horizon));
     *horizon = GV_SELECT(joined, u, *horizon);
-    *low = l, *high = u;
     return GM_ANDNOT(wanted, joined);
 }
 
