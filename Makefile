@@ -136,6 +136,7 @@ demo-sequence: build/sequence | build/setup/sequence
 # QUICK=1: small images and few settings into build/bench/; otherwise also the figures and tables that docs/ shows.
 bench: $(bench_programs) build/lut build/tests/test_specular build/viewer build/sequence | build/setup/figures
 	build/bench-run $(if $(QUICK),--quick)
+	build/bench_thickness $(if $(QUICK),--quick)
 	build/bench_multibounce $(if $(QUICK),--size 120x68 --paths 50,--size 240x135 --paths 200) > build/bench/multibounce.txt
 	build/bench_directional $(if $(QUICK),--size 120x68 --rays 144) > build/bench/directional.txt
 	build/viewer --benchmark --threads 2 $(if $(QUICK),--frames 5) > build/bench/viewer.txt

@@ -156,7 +156,8 @@ extern "C" {
     X(GTAO_ERROR_STEP_POWER, "step_power: must be 0 (default) or 0.25..8")                                             \
     X(GTAO_ERROR_THIN_BLEND, "thin_blend: must be 0..1")                                                               \
     X(GTAO_ERROR_THICKNESS, "thickness: must not be negative or NaN")                                                  \
-    X(GTAO_ERROR_THICKNESS_MAP, "thickness_stride: rows overlap or are not a multiple of 4 bytes apart")               \
+    X(GTAO_ERROR_THICKNESS_MAP,                                                                                        \
+      "thickness_map, thickness_stride: null, or rows overlap or are not a multiple of 4 bytes apart")                 \
     X(GTAO_ERROR_BACK, "back_stride: rows overlap or are not a multiple of 4 bytes apart")                             \
     X(GTAO_ERROR_LAYERS, "layers, layer_count: 0..8 layers, each with a depth and rows apart by multiples of 4 bytes") \
     X(GTAO_ERROR_ARCS, "thickness, thickness_map, back, layers: not with the memo estimator or thin_blend")            \
@@ -182,6 +183,7 @@ extern "C" {
     X(GTAO_ERROR_CLAMP_WINDOW, "clamp_window: must be zero (default) or finite and positive")                          \
     X(GTAO_ERROR_VIEW_TO_PREVIOUS, "view_to_previous: must be finite")                                                 \
     X(GTAO_ERROR_MOTION, "motion_stride, motion_components: 0 (2), 2 or 3 floats, rows apart by multiples of 4 bytes") \
+    X(GTAO_ERROR_FRAME_ARCS, "desc.thickness_map, back, layers: not in frames, only a constant thickness")             \
     X(GTAO_ERROR_STATE, "state, context: null, or smaller than gtao_frame_state_size()")
 
 typedef enum gtao_result {
@@ -472,6 +474,23 @@ typedef enum gtao_plane {
 } gtao_plane;
 GTAO_API const float *gtao_frame_plane(const gtao_frame_context *context, gtao_plane plane, int *width, int *height,
                                        ptrdiff_t *stride);
+
+/* ---- thickness --------------------------------------------------------------------------------------------------- */
+
+/* How thick is what a depth buffer shows? An estimate for desc.thickness_map from the depth alone, world units along the
+ * view ray: a thing is half as thick as it is wide on the screen, the lesser of row and column, and what is wider than
+ * the radius or reaches the edge of the image is endless (INFINITY; 0 in the sky). Fitted to ray tracing and measured in
+ * docs/accuracy.md; [J16] names the idea. Of `desc` camera, depth and radius are read. `thickness` is width x height
+ * floats, `stride` as in gtao_desc. One thread. */
+GTAO_API size_t gtao_thickness_scratch_size(const gtao_desc *desc);
+GTAO_API gtao_result gtao_estimate_thickness(const gtao_desc *desc, float *thickness, ptrdiff_t stride, void *scratch,
+                                             size_t scratch_size);
+
+/* [TP16] two results to one, the cheap way to two layers: `scene` without what moves, and `all` with it. Where `moving`
+ * is not zero the pixel shows what moves, and its visibility is that of `all`; elsewhere the lesser of both. Bent
+ * normals, if any, 3 floats a pixel, go with the visibility that is taken. `n` pixels; the result replaces `all`. */
+GTAO_API void gtao_compose_layers(size_t n, const float *scene, const float *scene_bent, const uint8_t *moving,
+                                  float *all, float *all_bent);
 
 /* ---- level 3: the formulas -------------------------------------------------------------------------------------- */
 
@@ -2014,7 +2033,7 @@ enum { /* planes of a signal, as in gtao_output.signal; those of the history */
 typedef struct gtaoi_settings {
     uint32_t magic;
     int i[28];
-    float f[8];
+    float f[9];
 } gtaoi_settings;
 
 /* A plane is `pitch` floats a row, one row more than the image (nothing: sky or zero), GTAOI_PAD columns around. */
@@ -2069,6 +2088,8 @@ static gtao_result gtaoi_check_frame(const gtao_frame_desc *f) {
     result = gtaoi_check_desc(&f->desc);
     if (result != GTAO_OK)
         return result;
+    if (f->desc.thickness_map || f->desc.back || f->desc.layer_count > 0)
+        return GTAO_ERROR_FRAME_ARCS;
     if ((unsigned)f->reduction > GTAO_REDUCE_CHECKERBOARD)
         return GTAO_ERROR_REDUCTION;
     if (f->spatial_passes < 0 || f->spatial_passes > 3)
@@ -2318,6 +2339,152 @@ GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *outp
     return GTAO_OK;
 }
 
+/* ---- thickness --------------------------------------------------------------------------------------------------- */
+
+/* Constants of the estimate, fitted: thickness over width; widths in radii that are endless; the change of depth, in
+ * footprints a pixel, within which neighbours are one surface; and the most that a slope adds to a width. */
+#define GTAOI_THICKNESS_FACTOR 0.5f
+#define GTAOI_THICKNESS_ENDLESS 1.0f
+#define GTAOI_THICKNESS_SLOPE 6.0f
+#define GTAOI_THICKNESS_STRETCH 5.0f
+
+/* A surface met on a line of pixels: its last depth and pixel, and the pixel that names it. */
+typedef struct gtaoi_run {
+    float z;
+    int last, id;
+} gtaoi_run;
+
+enum { GTAOI_RUNS = 32 }; /* surfaces hidden one behind the other; the farthest of more is forgotten */
+
+/* Pixels of a line that the surface seen at each of n pixels takes up, with what nearer things hide of it. A run goes on
+ * while its depth changes by no more than `slope` a pixel (perspective: of its depth); something nearer interrupts it,
+ * and it is resumed behind that if its depth fits; it ends where something farther shows, which in turn may have begun
+ * behind it. `work`: 3 n ints. Sky is infinite. */
+static void gtaoi_widths(const float *z, ptrdiff_t step, int n, float slope, int orthographic, int *work, float *width,
+                         ptrdiff_t width_step) {
+    GTAOI_NO_CONTRACT
+    gtaoi_run stack[GTAOI_RUNS]; /* the nearest on top */
+    int *id = work, *first = work + n, *end = work + 2 * n, top = 0, i;
+    for (i = 0; i < n; i++) {
+        float d = z[i * step];
+        int start = i, found = 0;
+        id[i] = -1, end[i] = n;
+        if (!gtaoi_finite(d)) {
+            while (top)
+                end[stack[--top].id] = i;
+            continue;
+        }
+        while (top && !found) {
+            const gtaoi_run *r = &stack[top - 1];
+            float tolerance = slope * (float)(i - r->last), behind = d - r->z;
+            if (!orthographic)
+                tolerance *= gtaoi_min(d, r->z);
+            if (behind < -tolerance)
+                break; /* nearer */
+            found = behind <= tolerance;
+            if (!found) {
+                end[r->id] = i;
+                start = first[r->id];
+                top--;
+            }
+        }
+        if (!found) {
+            if (top == GTAOI_RUNS)
+                memmove(stack, stack + 1, (size_t)--top * sizeof *stack);
+            first[i] = start;
+            stack[top++].id = i;
+        }
+        stack[top - 1].z = d, stack[top - 1].last = i;
+        id[i] = stack[top - 1].id;
+    }
+    for (i = 0; i < n; i++) {
+        int run = id[i];
+        width[i * width_step] = run < 0                            ? 0.0f
+                                : first[run] == 0 || end[run] == n ? (float)HUGE_VAL
+                                                                   : (float)(end[run] - first[run]);
+    }
+}
+
+/* Change of depth from pixel to pixel, the lesser of both sides; FLT_MAX where neither neighbour is there. */
+static float gtaoi_change(const float *z, int before, int after, ptrdiff_t step) {
+    GTAOI_NO_CONTRACT
+    float a = before && gtaoi_finite(z[-step]) ? z[-step] - z[0] : FLT_MAX;
+    float b = after && gtaoi_finite(z[step]) ? z[step] - z[0] : FLT_MAX;
+    return gtaoi_min(a < 0.0f ? -a : a, b < 0.0f ? -b : b);
+}
+
+GTAO_API size_t gtao_thickness_scratch_size(const gtao_desc *desc) {
+    uint64_t n;
+    if (gtaoi_check_desc(desc) != GTAO_OK)
+        return 0;
+    n = 2 * (uint64_t)desc->width * (uint64_t)desc->height + 3 * (uint64_t)gtaoi_imax(desc->width, desc->height);
+    n = n * sizeof(float) + 63; /* room to align */
+    return n <= SIZE_MAX ? (size_t)n : 0;
+}
+
+GTAO_API gtao_result gtao_estimate_thickness(const gtao_desc *desc, float *thickness, ptrdiff_t stride, void *scratch,
+                                             size_t scratch_size) {
+    GTAOI_NO_CONTRACT
+    gtao_result result = gtaoi_check_desc(desc);
+    gtao_output none;
+    gtaoi_layout l;
+    gtao_context c;
+    float *z, *across, unit;
+    int *work, x, y, w, h;
+    if (result != GTAO_OK)
+        return result;
+    w = desc->width, h = desc->height;
+    if (!thickness || !gtaoi_stride_ok(stride, w * 4, 4))
+        return GTAO_ERROR_THICKNESS_MAP;
+    if (!scratch || scratch_size < gtao_thickness_scratch_size(desc))
+        return GTAO_ERROR_SCRATCH;
+    memset(&none, 0, sizeof none);
+    gtaoi_plan(desc, &l);
+    gtaoi_resolve(desc, &none, &l, &c);
+    unit = c.orthographic ? desc->camera.sx : c.w_numerator;
+    stride = stride ? stride / 4 : w;
+    z = (float *)(void *)((char *)scratch + ((64 - ((uintptr_t)scratch & 63)) & 63));
+    across = z + (ptrdiff_t)w * h;
+    work = (int *)(void *)(across + (ptrdiff_t)w * h);
+    for (y = 0; y < h; y++) {
+        const float *depth = (const float *)(const void *)((const char *)desc->depth + y * c.d.depth_stride);
+        float *row = z + (ptrdiff_t)y * w, ry2 = gtaoi_ry2(&c, y);
+        for (x = 0; x < w; x++) { /* in units of the radius, orthographic: of pixels */
+            float height = gtaoi_height_scalar(&c, depth[x], (float)x, ry2);
+            row[x] = height <= GTAOI_SKY_LIMIT ? (float)HUGE_VAL : c.orthographic ? -height : 1.0f / height;
+        }
+        gtaoi_widths(row, 1, w, GTAOI_THICKNESS_SLOPE * c.bx1, c.orthographic, work, across + (ptrdiff_t)y * w, 1);
+    }
+    for (x = 0; x < w; x++)
+        gtaoi_widths(z + x, w, h, GTAOI_THICKNESS_SLOPE * c.by1, c.orthographic, work, thickness + x, stride);
+    for (y = 0; y < h; y++)
+        for (x = 0; x < w; x++) {
+            const float *at = z + (ptrdiff_t)y * w + x;
+            float *out = thickness + y * stride + x, scale = c.orthographic ? 1.0f : *at, width, sx, sy;
+            if (!gtaoi_finite(*at)) {
+                *out = 0.0f;
+                continue;
+            }
+            width = gtaoi_min(across[(ptrdiff_t)y * w + x] * c.bx1, *out * c.by1) * scale;
+            sx = gtaoi_change(at, x > 0, x + 1 < w, 1) / (scale * c.bx1);
+            sy = gtaoi_change(at, y > 0, y + 1 < h, w) / (scale * c.by1);
+            width *= gtaoi_min(sqrtf(1.0f + sx * sx + sy * sy), GTAOI_THICKNESS_STRETCH);
+            *out = width <= GTAOI_THICKNESS_ENDLESS * c.reach ? GTAOI_THICKNESS_FACTOR * width * unit : (float)HUGE_VAL;
+        }
+    return GTAO_OK;
+}
+
+GTAO_API void gtao_compose_layers(size_t n, const float *scene, const float *scene_bent, const uint8_t *moving,
+                                  float *all, float *all_bent) {
+    size_t i;
+    for (i = 0; i < n; i++)
+        if (!moving[i] && scene[i] < all[i]) {
+            all[i] = scene[i];
+            if (scene_bent && all_bent)
+                memcpy(all_bent + 3 * i, scene_bent + 3 * i, 3 * sizeof(float));
+        }
+}
+
 /* ---- frames: state and stages ----------------------------------------------------------------------------------- */
 
 enum { GTAOI_REDUCE, GTAOI_PREPARE, GTAOI_HORIZONS, GTAOI_SPATIAL, GTAOI_TEMPORAL, GTAOI_OUTPUT };
@@ -2354,8 +2521,8 @@ static void gtaoi_frame_settings(const gtao_frame_desc *f, const gtaoi_frame_lay
                      l->motion,
                      d->mask != 0,
                      (int)d->depth_kind};
-    const float x[] = {d->radius,          d->falloff,      d->step_power, d->thin_blend,
-                       f->depth_tolerance, f->clamp_window, d->camera.sx,  d->camera.sy};
+    const float x[] = {d->radius,       d->falloff,   d->step_power, d->thin_blend, f->depth_tolerance,
+                       f->clamp_window, d->camera.sx, d->camera.sy,  d->thickness};
     memset(s, 0, sizeof *s);
     s->magic = 0x6f617467u;
     memcpy(s->i, i, sizeof i);
@@ -3703,9 +3870,11 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_visit_column)(const gtao_context *c, const GTAOI_PI
         }
     }
     wanted = GM_AND(wanted, GV_LT(*horizon, u));
+    *low = l, *high = u;
+    if (!GM_ANY(wanted)) /* mostly */
+        return wanted;
     joined = GM_AND(wanted, GV_LE(l, *horizon));
     *horizon = GV_SELECT(joined, u, *horizon);
-    *low = l, *high = u;
     return GM_ANDNOT(wanted, joined);
 }
 

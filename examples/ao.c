@@ -21,6 +21,8 @@
 typedef struct options {
     const char *depth, *normal, *output, *bent, *sh, *stats; /* files */
     const char *sequence, *camera;                           /* pattern of the depth files; motion of the camera */
+    const char *thickness_map, *layer[GTAO_MAX_LAYERS], *back[1 + GTAO_MAX_LAYERS]; /* backs: of the depth first */
+    int layers;
     int depth_kind;
     float device_scale, device_bias;
     char axis_name[3]; /* which of the file's axes the library's x, y, z are read from, 0..2 */
@@ -57,6 +59,9 @@ enum {
     OPT_MAX_RADIUS_PX,
     OPT_THIN_BLEND,
     OPT_THICKNESS,
+    OPT_THICKNESS_MAP,
+    OPT_BACK,
+    OPT_LAYER,
     OPT_PRESET,
     OPT_SLICES,
     OPT_STEPS,
@@ -106,6 +111,9 @@ static const option_info option_table[OPT_COUNT] = {
     {"--max-radius-px", "N", "cap of the search in pixels (0: none)"},
     {"--thin-blend", "B", "thickness heuristic of [J16], 0..1 (0: off)"},
     {"--thickness", "T", "occluders are slabs of T world units (0: height field)"},
+    {"--thickness-map", "FILE[:CHANNEL]", "thickness of each pixel, world units; where not above 0: --thickness"},
+    {"--back", "FILE[:CHANNEL]", "depth of the back faces of the --layer before it, or of --depth"},
+    {"--layer", "FILE[:CHANNEL]", "a further layer of depth, behind; up to 8 times"},
     {"--preset", "low|medium|high|ultra|reference", "(medium)"},
     {"--slices", "N", "directions per pixel, 1..64"},
     {"--steps", "N", "samples a side of a slice, 1..256; 0: every pixel"},
@@ -295,6 +303,19 @@ static int set_option(options *o, int id, const char *value) {
         return set_float(id, value, 0.0, 1.0, "0..1", &o->thin_blend);
     case OPT_THICKNESS:
         return set_float(id, value, 0.0, any, "a number, 0 or more", &o->thickness);
+    case OPT_THICKNESS_MAP:
+        o->thickness_map = value;
+        return 1;
+    case OPT_BACK:
+        if (o->back[o->layers])
+            return error_line("--back %s: the layer has one already", value);
+        o->back[o->layers] = value;
+        return 1;
+    case OPT_LAYER:
+        if (o->layers == GTAO_MAX_LAYERS)
+            return error_line("--layer %s: more than %d", value, GTAO_MAX_LAYERS);
+        o->layer[o->layers++] = value;
+        return 1;
     case OPT_PRESET:
         return set_choice(id, value, presets, &o->preset);
     case OPT_SLICES:
@@ -371,12 +392,6 @@ static int parse_options(int argc, char **argv, options *o) {
             return 0;
     }
     return 1;
-}
-
-/* What later versions of the library will do. */
-static int check_available(const options *o) {
-    int id = o->thickness > 0.0f ? OPT_THICKNESS : OPT_COUNT;
-    return id == OPT_COUNT ? 1 : error_line("%s: not available in this version", option_table[id].name);
 }
 
 /* ---- sequences ---------------------------------------------------------------------------------------------------- */
@@ -514,7 +529,10 @@ static int same_file(const char *a, const char *b) {
 static int check_outputs(const options *o) {
     const int ids[] = {OPT_OUTPUT, OPT_BENT, OPT_SH, OPT_STATS};
     const char *files[] = {o->output, o->bent, o->sh, o->stats};
-    const char *inputs[] = {o->depth, o->normal};
+    const char *inputs[3 + GTAO_MAX_LAYERS + 1 + GTAO_MAX_LAYERS] = {o->depth, o->normal, o->thickness_map};
+    const int input_count = (int)(sizeof inputs / sizeof *inputs);
+    memcpy(inputs + 3, o->layer, sizeof o->layer);
+    memcpy(inputs + 3 + GTAO_MAX_LAYERS, o->back, sizeof o->back);
     for (int i = 0; i < 4; ++i) {
         if (!files[i])
             continue;
@@ -538,7 +556,7 @@ static int check_outputs(const options *o) {
         for (int k = 0; k < i; ++k)
             if (files[k] && same_file(files[i], files[k]))
                 return error_line("%s %s: the same file as %s", name, files[i], option_table[ids[k]].name);
-        for (int k = 0; k < 2; ++k) {
+        for (int k = 0; k < input_count; ++k) {
             char path[4096];
             if (inputs[k] && image_spec_path(inputs[k], path, sizeof path) && same_file(files[i], path))
                 return error_line("%s %s: would overwrite the input", name, files[i]);
@@ -581,7 +599,10 @@ static int check_options(const options *o) {
         return error_line("--sky: not with --depth-kind height");
     if (o->sh && (o->half || o->denoise > 0 || o->sequence))
         return error_line("--sh: not with --half, --denoise or --sequence");
-    return check_available(o) && check_outputs(o);
+    for (int id = OPT_THICKNESS_MAP; id <= OPT_LAYER; ++id)
+        if (given(o, id) && (o->half || o->denoise > 0 || o->sequence))
+            return error_line("%s: not with --half, --denoise or --sequence", option_table[id].name);
+    return check_outputs(o);
 }
 
 /* ---- the work ----------------------------------------------------------------------------------------------------- */
@@ -592,6 +613,8 @@ typedef struct job {
     const options *options;
     image depth, normals, visibility, bent, sh, color;
     float *sh_planes;
+    image thickness, layer[GTAO_MAX_LAYERS], back[1 + GTAO_MAX_LAYERS];
+    gtao_layer layers[GTAO_MAX_LAYERS];
     void *scratch;
     size_t scratch_size;
     pool *workers;
@@ -613,26 +636,47 @@ typedef struct job {
     gtao_stats total;
 } job;
 
+static int same_window(const job *j, int id, const char *spec, const image *img) {
+    const image *d = &j->depth;
+    const char *name = option_table[id].name;
+    if (d->width != img->width || d->height != img->height)
+        return error_line("%s %s: %d x %d, but the depth is %d x %d", name, spec, img->width, img->height, d->width,
+                          d->height);
+    if (d->origin_x != img->origin_x || d->origin_y != img->origin_y)
+        return error_line("%s %s: its data window lies elsewhere than the depth's", name, spec);
+    return 1;
+}
+
+/* One channel that goes with the depth; nothing if `spec` is null. */
+static int read_plane(const job *j, int id, const char *spec, image *out) {
+    image_error error;
+    if (!spec)
+        return 1;
+    if (!image_read_depth(spec, out, &error))
+        return error_line("%s %s", option_table[id].name, error.text);
+    return same_window(j, id, spec, out);
+}
+
 static int read_inputs(job *j, uint32_t frame) {
     const options *o = j->options;
     image_error error;
+    int ok;
     char depth_name[4096], normal_name[4096];
     image_free(&j->depth);
     image_free(&j->normals);
     if (!image_read_depth(frame_name(o, o->sequence ? o->sequence : o->depth, frame, depth_name, sizeof depth_name),
                           &j->depth, &error))
         return error_line("%s %s", o->sequence ? "--sequence" : "--depth", error.text);
-    if (!o->normal)
-        return 1;
-    if (!image_read_normals(frame_name(o, o->normal, frame, normal_name, sizeof normal_name), &j->normals, &error))
+    if (o->normal &&
+        !image_read_normals(frame_name(o, o->normal, frame, normal_name, sizeof normal_name), &j->normals, &error))
         return error_line("--normal %s", error.text);
-    const image *d = &j->depth, *n = &j->normals;
-    if (d->width != n->width || d->height != n->height)
-        return error_line("--normal %s: %d x %d, but the depth is %d x %d", o->normal, n->width, n->height, d->width,
-                          d->height);
-    if (d->origin_x != n->origin_x || d->origin_y != n->origin_y)
-        return error_line("--normal %s: its data window lies elsewhere than the depth's", o->normal);
-    return 1;
+    ok = !o->normal || same_window(j, OPT_NORMAL, o->normal, &j->normals);
+    ok = ok && read_plane(j, OPT_THICKNESS_MAP, o->thickness_map, &j->thickness);
+    for (int i = 0; ok && i <= o->layers; ++i)
+        ok = read_plane(j, OPT_BACK, o->back[i], &j->back[i]);
+    for (int i = 0; ok && i < o->layers; ++i)
+        ok = read_plane(j, OPT_LAYER, o->layer[i], &j->layer[i]);
+    return ok;
 }
 
 /* The axes are a signed permutation of the matrix's rows, which is exact. */
@@ -691,6 +735,15 @@ static void set_desc(job *j) {
     desc->steps = o->steps;
     desc->every_pixel = o->every_pixel;
     desc->thin_blend = o->thin_blend;
+    desc->thickness = o->thickness;
+    desc->thickness_map = j->thickness.data;
+    desc->back = j->back[0].data;
+    for (int i = 0; i < o->layers; ++i) {
+        j->layers[i].depth = j->layer[i].data;
+        j->layers[i].back = j->back[1 + i].data;
+    }
+    desc->layers = j->layers;
+    desc->layer_count = o->layers;
     desc->estimator = (gtao_estimator)o->estimator;
     desc->weighting = (gtao_weighting)o->weighting;
     desc->noise = (gtao_noise)o->noise;
@@ -707,7 +760,7 @@ static void set_desc(job *j) {
 }
 
 /* The option behind a field of the descriptor that the library refuses. */
-static const char *option_of(gtao_result result) {
+static const char *option_of(const options *o, gtao_result result) {
     switch (result) {
     case GTAO_ERROR_DEVICE:
         return "--device-scale, --device-bias";
@@ -739,6 +792,12 @@ static const char *option_of(gtao_result result) {
         return "--steps";
     case GTAO_ERROR_THIN_BLEND:
         return "--thin-blend";
+    case GTAO_ERROR_THICKNESS:
+    case GTAO_ERROR_ARCS:
+        return o->thickness > 0.0f ? "--thickness"
+               : o->thickness_map  ? "--thickness-map"
+               : o->layers         ? "--layer"
+                                   : "--back";
     case GTAO_ERROR_ESTIMATOR:
         return "--estimator";
     case GTAO_ERROR_WEIGHTING:
@@ -754,8 +813,8 @@ static const char *option_of(gtao_result result) {
     }
 }
 
-static int library_error(gtao_result result) {
-    return error_line("%s: %s", option_of(result), gtao_result_string(result));
+static int library_error(const job *j, gtao_result result) {
+    return error_line("%s: %s", option_of(j->options, result), gtao_result_string(result));
 }
 
 static int allocate(job *j) {
@@ -780,7 +839,7 @@ static int allocate(job *j) {
     j->scratch_size = j->framed ? gtao_frame_state_size(&j->frame) : gtao_scratch_size(&j->desc);
     if (j->scratch_size == 0) {
         gtao_result why = gtao_begin(&j->desc, &j->output, NULL, 0, &j->context);
-        return library_error(why);
+        return library_error(j, why);
     }
     j->scratch = calloc(1, j->scratch_size);
     j->workers = pool_create(o->threads);
@@ -850,7 +909,7 @@ static int compute_once(job *j, double seconds[STAGES_MAX]) {
         frame_stage s = {j, 0};
         result = gtao_frame_begin(&j->frame, &j->output, j->scratch, j->scratch_size, &j->frame_context);
         if (result != GTAO_OK)
-            return library_error(result);
+            return library_error(j, result);
         stage_done(j, "begin", seconds, &since);
         for (; s.stage < gtao_frame_stages(j->frame_context); ++s.stage) {
             pool_run(j->workers, gtao_frame_units(j->frame_context, s.stage), 0, frame_units, NULL, &s);
@@ -859,7 +918,7 @@ static int compute_once(job *j, double seconds[STAGES_MAX]) {
     } else {
         result = gtao_begin(&j->desc, &j->output, j->scratch, j->scratch_size, &j->context);
         if (result != GTAO_OK)
-            return library_error(result);
+            return library_error(j, result);
         stage_done(j, "begin", seconds, &since);
         pool_run(j->workers, rows, 0, prepare_rows, NULL, j);
         stage_done(j, "prepare", seconds, &since);
@@ -1059,6 +1118,11 @@ static void free_job(job *j) {
     image_free(&j->sh);
     free(j->sh_planes);
     image_free(&j->color);
+    image_free(&j->thickness);
+    for (int i = 0; i < GTAO_MAX_LAYERS; ++i)
+        image_free(&j->layer[i]);
+    for (int i = 0; i <= GTAO_MAX_LAYERS; ++i)
+        image_free(&j->back[i]);
     pool_destroy(j->workers);
     free(j->cameras);
     free(j->stats);

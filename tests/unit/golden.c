@@ -49,6 +49,21 @@ static uint64_t hash_setting(const setting *s, gtao_isa isa, gtao_format format,
     return h;
 }
 
+static uint64_t hash_estimate(const setting *s) {
+    layout tight = {0, 0, 0};
+    input in = input_make(s, 67, 45, tight);
+    size_t size = gtao_thickness_scratch_size(&in.desc);
+    plane map = plane_make(45, sizeof(float) * 67, tight);
+    void *scratch = malloc(size);
+    uint64_t h = 0;
+    if (scratch && gtao_estimate_thickness(&in.desc, (float *)(void *)map.first, 0, scratch, size) == GTAO_OK)
+        h = hash_plane(hash_start, &map);
+    free(scratch);
+    free(map.memory);
+    input_free(&in);
+    return h;
+}
+
 /* Five frames of a sequence. */
 static uint64_t hash_frames(const frame_setting *f, gtao_isa isa) {
     layout tight = {0, 0, 0};
@@ -257,6 +272,8 @@ static int hash_all(gtao_isa isa, entry *entries) {
         entries[count].name = frame_settings[i].name;
         entries[count].hash = hash_frames(&frame_settings[i], isa);
     }
+    entries[count].name = "estimate";
+    entries[count++].hash = hash_estimate(&settings[0]);
     entries[count].name = "formulas";
     entries[count++].hash = hash_formulas();
     entries[count].name = "sh";
@@ -309,7 +326,7 @@ static int compare(FILE *file, gtao_isa isa, const entry *entries, int count) {
 }
 
 int main(int argc, char **argv) {
-    static entry entries[SETTING_COUNT + FRAME_SETTING_COUNT + 10];
+    static entry entries[SETTING_COUNT + FRAME_SETTING_COUNT + 11];
     int bad = 0;
     if (argc < 2) {
         int count = hash_all(GTAO_ISA_SCALAR, entries);
