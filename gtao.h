@@ -41,10 +41,12 @@
  *   docs/conventions.md tells how to feed buffers of GL, D3D and Vulkan.
  *
  * API LEVELS
- *   1 gtao_compute: one call.
+ *   1 gtao_compute: one call. gtao_frame: the next frame of a sequence, at half resolution if wanted, filtered in space
+ *     and time.
  *   2 gtao_begin, gtao_prepare_rows, gtao_visibility_rows: the stages, on row ranges.
  *   3 gtao_arc, gtao_arc_bent, gtao_noise_at, gtao_multi_bounce, ...: the formulas, for those who port them.
  *   depth, normals -> prepare (height, by noise phase) -> horizons -> integrate -> visibility, bent normals, SH
+ *                  -> reduce -> prepare -> horizons -> spatial filter -> temporal filter -> upsample (docs/frames.md)
  *
  * OPTIONS (define before the implementation)
  *   GTAO_STATIC            everything static; only together with GTAO_IMPLEMENTATION
@@ -55,7 +57,7 @@
  *   No allocation, no globals, no I/O. The caller's scratch: 4 bytes a pixel for the height buffer, its padding (1 KiB
  *   a row at most), and sample tables, 32 bytes for each of 16 noise phases (1 without noise) x slices x radius classes
  *   (4 an octave) x steps, or x pixels of the largest radius in every-pixel mode. 960x540, 1 slice of 8 steps: 5.3
- *   bytes a pixel in all (tests/unit/test_api.c).
+ *   bytes a pixel in all (tests/unit/test_api.c). gtao_frame's state: gtao_frame_state_size.
  *
  * THREADS
  *   None inside. Ranges of rows of one stage may run on any threads at once; finish gtao_prepare_rows of all rows
@@ -90,6 +92,9 @@
  *     (gtaoi_noise_memo).
  *   - Rises above the tangent plane of less than 2.4e-4 in cot h are rounding and ignored: 1e-7 in visibility.
  *   - A normal that faces away from the eye is tilted until it just faces it.
+ *   - Frames [J16]: pixels are averaged by their slices' share of the integral; the spatial filter tells surfaces apart
+ *     by a pixel's footprint in depth rather than a tenth of it; the history's clamp never closes below the noise of one
+ *     frame, and a history read between pixels counts less (docs/frames.md).
  *
  * REFERENCES
  *   [J16] Jimenez, Wu, Pesce, Jarabo: Practical real-time strategies for accurate indirect occlusion. SIGGRAPH 2016
@@ -2834,7 +2839,7 @@ typedef uint32_t GI; /* masks of sectors */
 #define GI_IF(m, a) ((m) ? (a) : 0u)
 #define GI_SELECT(m, a, b) ((m) ? (a) : (b))
 #define GI_IS_ZERO(a) ((a) == 0u)
-#define GI_FROM(f) GTAOI_NAME(gtaoi_bits_from)((int)(f))                                     /* all bits from the f-th, 0..32 */
+#define GI_FROM(f) GTAOI_NAME(gtaoi_bits_from)((int)(f))                         /* all bits from the f-th, 0..32 */
 #define GI_INDEX(a) ((float)(int)(gtaoi_bits((float)(a)) >> 23 & 255u) - 127.0f) /* of the only bit */
 GTAOI_INLINE uint32_t GTAOI_NAME(gtaoi_bits_from)(int i) {
     return i < 32 ? ~UINT32_C(0) << i : 0u;
