@@ -349,7 +349,7 @@ GTSO_API float gtso_lookup_at(const gtso_table_desc *desc, const float *data, fl
 
 /* ---- environment BRDF ------------------------------------------------------------------------------------------- */
 
-/* [Kar13] split sum: the integral of f n.l over the hemisphere is f0 env[0] + env[1]. By quadrature, within 3e-5. */
+/* [Kar13] split sum: the integral of f n.l over the hemisphere is f0 env[0] + env[1]. By quadrature, within 1e-4. */
 GTSO_API void gtso_env_brdf(float n_dot_v, float roughness, float env[2]);
 /* Rows [row_begin, row_end) of a table of size_view x size_roughness pairs (each 2..256): row j is roughness
  * j / (size_roughness - 1), column i is n.v = i / (size_view - 1). */
