@@ -4,6 +4,7 @@
 # make test       every test; make suites: only the cmocka suites, make determinism: only the golden hashes
 # make strict     every language standard, compiler, target and optimisation level, warnings as errors
 # make bench      error against run time, beside other methods, into build/bench/ and docs/; QUICK=1: a look in 2 minutes
+# make specular   that part of make bench which is about specular occlusion: docs/specular.md and its pictures
 # make fuzz       libFuzzer for FUZZ_SECONDS (60); make msan: golden hashes and the corpus under MemorySanitizer
 # make golden     rewrite tests/data/golden.txt (after a deliberate change of the results)
 # make figures    docs/figures/*.gp to svg, and the pictures in README and docs/ from the demos and the viewer
@@ -60,7 +61,7 @@ bench_programs := $(foreach f,$(benches),$(call program_of,$(f)))
 suite_programs := $(foreach f,$(suites),build/tests/$(basename $(notdir $(f))))
 objects = $(patsubst %.c,$(obj)/%.o,$(1))
 
-.PHONY: all demo demo-sequence test suites determinism golden strict bench fuzz msan figures format check-format coverage clean FORCE
+.PHONY: all demo demo-sequence test suites determinism golden strict bench specular fuzz msan figures format check-format coverage clean FORCE
 .DELETE_ON_ERROR:
 .PRECIOUS: build/setup/%
 all: $(programs)
@@ -133,12 +134,19 @@ demo-sequence: build/sequence | build/setup/sequence
 	@echo 'build/demo-sequence: sequence.png, strip.png, error.svg, error.txt'
 
 # QUICK=1: small images and few settings into build/bench/; otherwise also the figures and tables that docs/ shows.
-bench: $(bench_programs) build/viewer build/sequence | build/setup/figures
+bench: $(bench_programs) build/lut build/tests/test_specular build/viewer build/sequence | build/setup/figures
 	build/bench-run $(if $(QUICK),--quick)
+	build/bench_thickness $(if $(QUICK),--quick)
 	build/bench_multibounce $(if $(QUICK),--size 120x68 --paths 50,--size 240x135 --paths 200) > build/bench/multibounce.txt
+	build/bench_directional $(if $(QUICK),--size 120x68 --rays 144) > build/bench/directional.txt
 	build/viewer --benchmark --threads 2 $(if $(QUICK),--frames 5) > build/bench/viewer.txt
 	$(if $(QUICK),,build/sequence build/bench/sequence > build/bench/sequence.txt)
 	tests/bench/publish.sh $(if $(QUICK),,docs)
+	tests/bench/specular.sh $(if $(QUICK),--quick,docs)
+
+# Only the part of it that is about specular occlusion.
+specular: build/bench_shading build/bench_specular build/lut build/tests/test_specular
+	tests/bench/specular.sh $(if $(QUICK),--quick,docs)
 
 test: $(suite_programs) $(programs) | build/setup/test
 	@tests/run.sh $(suite_programs) tests/determinism.sh

@@ -44,7 +44,7 @@
  *   1 gtao_compute: one call.
  *   2 gtao_begin, gtao_prepare_rows, gtao_visibility_rows: the stages, on row ranges.
  *   3 gtao_arc, gtao_arc_bent, gtao_noise_at, gtao_multi_bounce, ...: the formulas, for those who port them.
- *   depth, normals -> prepare (height, by noise phase) -> horizons -> integrate -> visibility, bent normals
+ *   depth, normals -> prepare (height, by noise phase) -> horizons -> integrate -> visibility, bent normals, SH
  *
  * OPTIONS (define before the implementation)
  *   GTAO_STATIC            everything static; only together with GTAO_IMPLEMENTATION
@@ -73,6 +73,7 @@
  *   Grooves, pits and walls against their closed forms, 64 slices, every pixel: within 0.005.
  *   Against brute force in double precision on rendered scenes, 32 slices, every pixel: RMSE 0.0003 to 0.007, bent
  *   normals within 0.04 to 1.4 degrees at the 95th percentile. Depth and radius times 2^k: the same bits.
+ *   Spherical harmonics against quadrature of the estimator, known horizons: 4e-7 (test_directional.c).
  *   What a depth buffer does not hold (the backs of things, what is off-screen) is the larger error by far against ray
  *   tracing: docs/accuracy.md.
  *
@@ -83,6 +84,8 @@
  *   - Horizons are searched as slopes of 1/z above the receiver's tangent plane (docs/theory.md): no position is
  *     rebuilt, and samples at whole pixels see exact planes.
  *   - Bent normals are exact off axis ([J19]'s rotation is not), whichever the estimator.
+ *   - The product of visibility cone and clamped cosine ([J19] Section 4) has closed moments: gtao_sh_from_cone uses
+ *     them in place of rotated and multiplied zonal harmonics; its aperture heeds the bent normal's tilt.
  *   - Noise [J16]: 96 different directions and 16 different offsets; as printed there would be 48 and 4
  *     (gtaoi_noise_memo).
  *   - Rises above the tangent plane of less than 2.4e-4 in cot h are rounding and ignored: 1e-7 in visibility.
@@ -152,6 +155,12 @@ extern "C" {
     X(GTAO_ERROR_STEPS, "steps: must be 0 (from the preset) or 1..256")                                                \
     X(GTAO_ERROR_STEP_POWER, "step_power: must be 0 (default) or 0.25..8")                                             \
     X(GTAO_ERROR_THIN_BLEND, "thin_blend: must be 0..1")                                                               \
+    X(GTAO_ERROR_THICKNESS, "thickness: must not be negative or NaN")                                                  \
+    X(GTAO_ERROR_THICKNESS_MAP,                                                                                        \
+      "thickness_map, thickness_stride: null, or rows overlap or are not a multiple of 4 bytes apart")                 \
+    X(GTAO_ERROR_BACK, "back_stride: rows overlap or are not a multiple of 4 bytes apart")                             \
+    X(GTAO_ERROR_LAYERS, "layers, layer_count: 0..8 layers, each with a depth and rows apart by multiples of 4 bytes") \
+    X(GTAO_ERROR_ARCS, "thickness, thickness_map, back, layers: not with the memo estimator or thin_blend")            \
     X(GTAO_ERROR_ESTIMATOR, "estimator: unknown")                                                                      \
     X(GTAO_ERROR_WEIGHTING, "weighting: unknown")                                                                      \
     X(GTAO_ERROR_NOISE, "noise: unknown")                                                                              \
@@ -160,6 +169,8 @@ extern "C" {
     X(GTAO_ERROR_OUTPUT_FORMAT, "visibility_format: unknown")                                                          \
     X(GTAO_ERROR_OUTPUT_STRIDE,                                                                                        \
       "visibility_stride, bent_stride, bent_components, packed_stride: rows overlap or are misaligned")                \
+    X(GTAO_ERROR_OUTPUT_SH, "sh_bands, sh_stride, sh_plane_stride: 0 (3), 2 or 3 bands, apart by multiples of 4 "      \
+                            "bytes; sh: not in a frame")                                                               \
     X(GTAO_ERROR_SCRATCH, "scratch, context: null, or smaller than gtao_scratch_size()")                               \
     X(GTAO_ERROR_MATRIX, "projection matrix: neither perspective nor orthographic")                                    \
     X(GTAO_ERROR_SIGNAL, "signal_planes: must be 0 (2), 2 or 5, planes and rows multiples of 4 bytes apart")           \
@@ -172,6 +183,7 @@ extern "C" {
     X(GTAO_ERROR_CLAMP_WINDOW, "clamp_window: must be zero (default) or finite and positive")                          \
     X(GTAO_ERROR_VIEW_TO_PREVIOUS, "view_to_previous: must be finite")                                                 \
     X(GTAO_ERROR_MOTION, "motion_stride, motion_components: 0 (2), 2 or 3 floats, rows apart by multiples of 4 bytes") \
+    X(GTAO_ERROR_FRAME_ARCS, "desc.thickness_map, back, layers: not in frames, only a constant thickness")             \
     X(GTAO_ERROR_STATE, "state, context: null, or smaller than gtao_frame_state_size()")
 
 typedef enum gtao_result {
@@ -240,6 +252,17 @@ typedef enum gtao_isa {
     GTAO_ISA_NEON = 5
 } gtao_isa;
 
+#define GTAO_MAX_LAYERS 8
+
+/* A further layer of depth, as from depth peeling: front faces, and back faces if there are any. It only casts
+ * occlusion. Of the kind gtao_desc.depth_kind, sky where the layer has nothing; strides as there. */
+typedef struct gtao_layer {
+    const float *depth;
+    ptrdiff_t depth_stride;
+    const float *back; /* null: gtao_desc.thickness */
+    ptrdiff_t back_stride;
+} gtao_layer;
+
 /* Everything that is read. Zero-initialise, then set what differs: zero always means the default.
  * Pointers are to row 0, the top row. Strides are bytes from a row to the one below it, may be negative (images stored
  * bottom-up), 0 = tightly packed. Float buffers need float alignment only. */
@@ -277,6 +300,16 @@ typedef struct gtao_desc {
     int every_pixel;  /* nonzero: visit every pixel out to the radius instead of `steps` samples */
     float step_power; /* samples lie at 1 + (radius_px - 1) ((j + offset) / steps)^power; 0: 2 */
     float thin_blend; /* [J16] thickness heuristic: a sample below the horizon pulls it down by this factor; 0: off */
+    /* Occluders with thickness: with any of these set, slices are integrated as unions of arcs instead of up to a
+     * horizon. A sample is then a column along its view ray, from its front to its back (docs/theory.md). */
+    float thickness;            /* length of the column, world units; 0 or 1e30 and more: endless, a height field */
+    const float *thickness_map; /* the same per pixel of `depth`, or null; NaN and what is not positive: `thickness` */
+    ptrdiff_t thickness_stride;
+    const float *back; /* depth of the back faces of `depth`, of the same kind, or null; sky and invalid: `thickness` */
+    ptrdiff_t back_stride;
+    const gtao_layer *layers; /* further layers, to be kept until gtao_prepare_rows is done */
+    int layer_count;          /* 0..GTAO_MAX_LAYERS */
+
     gtao_estimator estimator;
     gtao_weighting weighting;
     gtao_noise noise;
@@ -309,6 +342,15 @@ typedef struct gtao_output {
     ptrdiff_t signal_stride;       /* bytes from row to row; 0: tightly packed */
     ptrdiff_t signal_plane_stride; /* bytes from plane to plane; 0: height times signal_stride */
     int signal_planes;             /* 2, or 5 with the bent normal; 0: 2 */
+
+    /* Spherical harmonics of visibility times cosine, view space: c_i = 1/pi int V(w) max(n.w, 0) Y_i(w) dw, i < 9, in
+     * the order and scale of gtao_sh_basis. Light with coefficients L_i has irradiance pi sum c_i L_i; c_0 is 0.2820948
+     * times the visibility, (c_3, c_1, c_2) 0.4886025 times the bent normal before it is normalised. Uniform weighting:
+     * 1/(2 pi) int V Y_i over the hemisphere. Both estimators: with the Jacobian. docs/directional.md. */
+    float *sh;                 /* coefficient i of pixel (x, y): (char *)sh + i sh_plane_stride + y sh_stride + 4 x */
+    ptrdiff_t sh_stride;       /* bytes from row to row */
+    ptrdiff_t sh_plane_stride; /* bytes from plane to plane; 0: height times sh_stride */
+    int sh_bands;              /* 0 (3: 9 coefficients), 2 (4) or 3 */
 } gtao_output;
 
 /* Counts, added to what is already there; a thread passes its own and sums them afterwards. */
@@ -405,7 +447,7 @@ typedef struct gtao_frame_desc {
 GTAO_API size_t gtao_frame_state_size(const gtao_frame_desc *frame);
 
 /* One frame. `state` is zero (or anything, with `cut` set) before the first. `output` as in gtao_compute, without
- * `signal`. `stats` may be null. */
+ * `signal` and without `sh`, for which there is gtao_sh_from_cone. `stats` may be null. */
 GTAO_API gtao_result gtao_frame(const gtao_frame_desc *frame, const gtao_output *output, void *state, size_t state_size,
                                 gtao_stats *stats);
 
@@ -433,6 +475,23 @@ typedef enum gtao_plane {
 GTAO_API const float *gtao_frame_plane(const gtao_frame_context *context, gtao_plane plane, int *width, int *height,
                                        ptrdiff_t *stride);
 
+/* ---- thickness --------------------------------------------------------------------------------------------------- */
+
+/* How thick is what a depth buffer shows? An estimate for desc.thickness_map from the depth alone, world units along the
+ * view ray: a thing is half as thick as it is wide on the screen, the lesser of row and column, and what is wider than
+ * the radius or reaches the edge of the image is endless (INFINITY; 0 in the sky). Fitted to ray tracing and measured in
+ * docs/accuracy.md; [J16] names the idea. Of `desc` camera, depth and radius are read. `thickness` is width x height
+ * floats, `stride` as in gtao_desc. One thread. */
+GTAO_API size_t gtao_thickness_scratch_size(const gtao_desc *desc);
+GTAO_API gtao_result gtao_estimate_thickness(const gtao_desc *desc, float *thickness, ptrdiff_t stride, void *scratch,
+                                             size_t scratch_size);
+
+/* [TP16] two results to one, the cheap way to two layers: `scene` without what moves, and `all` with it. Where `moving`
+ * is not zero the pixel shows what moves, and its visibility is that of `all`; elsewhere the lesser of both. Bent
+ * normals, if any, 3 floats a pixel, go with the visibility that is taken. `n` pixels; the result replaces `all`. */
+GTAO_API void gtao_compose_layers(size_t n, const float *scene, const float *scene_bent, const uint8_t *moving,
+                                  float *all, float *all_bent);
+
 /* ---- level 3: the formulas -------------------------------------------------------------------------------------- */
 
 /* acos of x clamped to [-1, 1], radians; and sine and cosine of a_rad in [-2 pi, 2 pi]; atan2 with |y|, |x| < 1e18.
@@ -449,6 +508,30 @@ GTAO_API float gtao_arc_uniform(float h_rad);
 /* [J19 Eq. 20-21] integral of the visible directions of a slice, cosine-weighted: t[0] along the slice's direction
  * perpendicular to the view vector, t[1] along the view vector. h0_rad <= 0 <= h1_rad. */
 GTAO_API void gtao_arc_bent(float h0_rad, float h1_rad, float n_rad, float t[2]);
+
+/* Real, orthonormal spherical harmonics of the unit vector d, no Condon-Shortley phase, up to band 2: 0.2820948;
+ * 0.4886025 (y, z, x); 1.0925484 xy, 1.0925484 yz, 0.3153916 (3 z^2 - 1), 1.0925484 xz, 0.5462742 (x^2 - y^2). */
+GTAO_API void gtao_sh_basis(const float d[3], float sh[9]);
+/* Coefficients of f(R^-1 w) from those of f, R row-major, a rotation or reflection: probes from world to view space. */
+GTAO_API void gtao_sh_rotate(const float r[9], const float sh[9], float rotated[9]);
+/* The integrand of gtao_arc times Y_i(w), w = sin(theta) o + cos(theta) v, theta from h0_rad <= 0 to h1_rad >= 0: what
+ * the slice adds to gtao_output.sh before the factor 1/pi. */
+GTAO_API void gtao_arc_sh(float h0_rad, float h1_rad, float n_rad, const float o[3], const float v[3], float sh[9]);
+
+/* Cosine of the half-angle of the cone about the bent normal b that shows as much: visibility = n.b sin^2; at most a
+ * right angle. */
+GTAO_API float gtao_cone_cosine(float visibility, float n_dot_b);
+/* [J19] Section 4: the coefficients of gtao_output.sh where that cone is all that is visible, in closed form. Unit
+ * vectors. */
+GTAO_API void gtao_sh_from_cone(float visibility, const float bent_normal[3], const float normal[3], float sh[9]);
+
+/* Irradiance / pi (the light a white diffuse surface reflects) of a probe, 9 coefficients of 3 channels in view space,
+ * by the coefficients of one pixel; below zero, where a band-limited probe can lead, 0. */
+GTAO_API void gtao_irradiance(const float sh[9], const float probe[27], float rgb[3]);
+/* The same of rows [row_begin, row_end) of what was written to output->sh; rgb_stride bytes from row to row, 0: tightly
+ * packed. */
+GTAO_API void gtao_irradiance_rows(const gtao_desc *desc, const gtao_output *output, const float probe[27], float *rgb,
+                                   ptrdiff_t rgb_stride, int row_begin, int row_end);
 
 /* [J16] multiple bounces: visibility and albedo in [0, 1] to the visibility that includes interreflection. */
 GTAO_API float gtao_multi_bounce(float visibility, float albedo);
@@ -599,10 +682,13 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #define GTAOI_NEAR 8           /* first samples in every-pixel mode whose taps also bound them from above */
 #define GTAOI_CLAMP_NOISE 1.2f /* the clamp's least window, in mean changes of a pixel from frame to frame */
 #define GTAOI_BLUR_COST 0.6f /* part of its length that a history loses when read in the middle of two pixels, x 1/4 */
-#define GTAOI_DISOCCLUSION 0.025f /* relative difference of depth that tells one surface from another in time */
-#define GTAOI_TOLERANCE_PX 1.0f   /* the spatial filter's default, in pixel footprints */
-#define GTAOI_UPSAMPLE 1.0f
+#define GTAOI_DISOCCLUSION 0.025f  /* relative difference of depth that tells one surface from another in time */
+#define GTAOI_TOLERANCE_PX 1.0f    /* the spatial filter's default, in pixel footprints */
+#define GTAOI_SECTORS 32           /* of a side, for what hangs free above the horizon: bits of a mask */
+#define GTAOI_ARC_LIMIT 1048576.0f /* 2^20: greatest t = (kappa - tangent) cos n, so that squares are exact in range */
 #define GTAOI_SAME_SURFACE_PX 4.0f /* neighbours within so many pixel footprints in depth are one surface */
+#define GTAOI_CONNECT                                                                                                  \
+    2.0f /* samples of a slice are one surface within so many times that for each pixel between them */
 
 /* ---- scalar helpers, in the papers' order ----------------------------------------------------------------------- */
 
@@ -792,6 +878,117 @@ GTAO_API void gtao_arc_bent(float h0_rad, float h1_rad, float n_rad, float t[2])
     t[1] = (-c03 - c13 + 8.0f * cn - 3.0f * (c0p + c1p)) / 12.0f;
 }
 
+#define GTAOI_SH0 0.28209479f  /* sqrt(1 / (4 pi)) */
+#define GTAOI_SH1 0.48860251f  /* sqrt(3 / (4 pi)) */
+#define GTAOI_SH2 1.09254843f  /* sqrt(15 / (4 pi)) */
+#define GTAOI_SH20 0.31539157f /* sqrt(5 / (16 pi)) */
+
+/* From moments of a function: its integral a, that of it times w, and times w w^T as xx, yy, zz, xy, yz, xz. */
+static void gtaoi_sh_of_moments(float a, const float b[3], const float m[6], float sh[9]) {
+    GTAOI_NO_CONTRACT
+    sh[0] = GTAOI_SH0 * a;
+    sh[1] = GTAOI_SH1 * b[1], sh[2] = GTAOI_SH1 * b[2], sh[3] = GTAOI_SH1 * b[0];
+    sh[4] = GTAOI_SH2 * m[3], sh[5] = GTAOI_SH2 * m[4], sh[7] = GTAOI_SH2 * m[5];
+    sh[6] = GTAOI_SH20 * (3.0f * m[2] - a);
+    sh[8] = GTAOI_SH2 * 0.5f * (m[0] - m[1]);
+}
+
+/* m = aa a a^T + ab (a b^T + b a^T) + bb b b^T */
+static void gtaoi_outer(float aa, float ab, float bb, const float a[3], const float b[3], float m[6]) {
+    GTAOI_NO_CONTRACT
+    int k;
+    for (k = 0; k < 6; k++) {
+        int i = k < 3 ? k : k == 4 ? 1 : 0, j = k < 3 ? k : k == 3 ? 1 : 2;
+        m[k] = aa * a[i] * a[j] + ab * (a[i] * b[j] + b[i] * a[j]) + bb * b[i] * b[j];
+    }
+}
+
+GTAO_API void gtao_sh_basis(const float d[3], float sh[9]) {
+    float m[6];
+    gtaoi_outer(1.0f, 0.0f, 0.0f, d, d, m);
+    gtaoi_sh_of_moments(1.0f, d, m, sh);
+}
+
+/* Band 2 is a symmetric matrix S without trace, f(w) = w^T S w; rotated it is R S R^T. */
+GTAO_API void gtao_sh_rotate(const float r[9], const float sh[9], float rotated[9]) {
+    GTAOI_NO_CONTRACT
+    float zz = 0.57735027f * sh[6], s[3][3], in[3], out[3], m[6] = {0};
+    int i, j, k, l;
+    in[0] = sh[3], in[1] = sh[1], in[2] = sh[2];
+    s[0][0] = sh[8] - zz, s[1][1] = -sh[8] - zz, s[2][2] = 2.0f * zz; /* times 2 / GTAOI_SH2 */
+    s[0][1] = s[1][0] = sh[4], s[1][2] = s[2][1] = sh[5], s[0][2] = s[2][0] = sh[7];
+    for (i = 0; i < 3; i++)
+        out[i] = r[3 * i] * in[0] + r[3 * i + 1] * in[1] + r[3 * i + 2] * in[2];
+    for (k = 0; k < 6; k++) {
+        i = k < 3 ? k : k == 4 ? 1 : 0, j = k < 3 ? k : k == 3 ? 1 : 2;
+        for (l = 0; l < 3; l++)
+            m[k] += r[3 * i + l] * (s[l][0] * r[3 * j] + s[l][1] * r[3 * j + 1] + s[l][2] * r[3 * j + 2]);
+    }
+    rotated[0] = sh[0];
+    rotated[1] = out[1], rotated[2] = out[2], rotated[3] = out[0];
+    rotated[4] = m[3], rotated[5] = m[4], rotated[7] = m[5];
+    rotated[6] = 0.86602540f * m[2], rotated[8] = 0.5f * (m[0] - m[1]);
+}
+
+/* docs/directional.md; of the sides, s = sin |h|, c = cos h. */
+GTAO_API void gtao_arc_sh(float h0_rad, float h1_rad, float n_rad, const float o[3], const float v[3], float sh[9]) {
+    GTAOI_NO_CONTRACT
+    float sn, cn, s0, c0, s1, c1, d, e, sss, a, to, tv, ov, vv, b[3], m[6];
+    int i;
+    h0_rad = gtaoi_clamp(h0_rad, -7.0f, 7.0f), h1_rad = gtaoi_clamp(h1_rad, -7.0f, 7.0f);
+    gtao_sincos(n_rad, &sn, &cn);
+    gtao_sincos(-h0_rad, &s0, &c0);
+    gtao_sincos(h1_rad, &s1, &c1);
+    d = (h1_rad - s1 * c1) + (h0_rad + s0 * c0);            /* 2 int sin^2 sgn */
+    e = d + 2.0f * (s1 * s1 * s1 * c1 - s0 * s0 * s0 * c0); /* 8 int sin^2 cos^2 sgn */
+    sss = s1 * s1 * s1 - s0 * s0 * s0;
+    a = 0.5f * (cn * (s0 * s0 + s1 * s1) + sn * d);
+    to = (cn * sss + sn * (4.0f - 3.0f * (c1 + c0) + (c1 * c1 * c1 + c0 * c0 * c0))) / 3.0f;
+    tv = (cn * (2.0f - c1 * c1 * c1 - c0 * c0 * c0) + sn * sss) / 3.0f;
+    ov = 0.125f * cn * e + 0.25f * sn * (s1 * s1 * s1 * s1 + s0 * s0 * s0 * s0);
+    vv = 0.25f * cn * (2.0f - c1 * c1 * c1 * c1 - c0 * c0 * c0 * c0) + 0.125f * sn * e;
+    for (i = 0; i < 3; i++)
+        b[i] = to * o[i] + tv * v[i];
+    gtaoi_outer(a - vv, ov, vv, o, v, m);
+    gtaoi_sh_of_moments(a, b, m, sh);
+}
+
+GTAO_API float gtao_cone_cosine(float visibility, float n_dot_b) {
+    GTAOI_NO_CONTRACT
+    float a = gtaoi_clamp(visibility, 0.0f, 1.0f), nb = gtaoi_clamp(n_dot_b, 0.0f, 1.0f);
+    return nb > a ? sqrtf(1.0f - a / nb) : 0.0f;
+}
+
+/* With c = n.b, t = n - c b, and of the cone's half-angle s its sine, u its cosine, over pi:
+ *   a = c s^2,   first moment 2/3 c (1 - u^3) b + (2/3 - u + u^3/3) t,
+ *   second c (1 - u^4) / 2 b b^T + s^4 / 4 (c (I - b b^T) + b t^T + t b^T) */
+GTAO_API void gtao_sh_from_cone(float visibility, const float bent_normal[3], const float normal[3], float sh[9]) {
+    GTAOI_NO_CONTRACT
+    const float *b = bent_normal;
+    float c = gtaoi_clamp(b[0] * normal[0] + b[1] * normal[1] + b[2] * normal[2], 0.0f, 1.0f), t[3], first[3], m[6];
+    float u = gtao_cone_cosine(visibility, c), uu = u * u, ss = 1.0f - uu, s4 = 0.25f * ss * ss;
+    int i;
+    for (i = 0; i < 3; i++) {
+        t[i] = normal[i] - c * b[i];
+        first[i] = (2.0f * c * (1.0f - u * uu) * b[i] + (2.0f - 3.0f * u + u * uu) * t[i]) / 3.0f;
+    }
+    gtaoi_outer(c * (0.5f * (1.0f - uu * uu) - s4), s4, 0.0f, b, t, m);
+    for (i = 0; i < 3; i++)
+        m[i] += c * s4;
+    gtaoi_sh_of_moments(c * ss, first, m, sh);
+}
+
+GTAO_API void gtao_irradiance(const float sh[9], const float probe[27], float rgb[3]) {
+    GTAOI_NO_CONTRACT
+    int i, k;
+    for (k = 0; k < 3; k++) {
+        float sum = 0.0f;
+        for (i = 0; i < 9; i++)
+            sum += sh[i] * probe[3 * i + k];
+        rgb[k] = gtaoi_max(sum, 0.0f);
+    }
+}
+
 GTAO_API float gtao_multi_bounce(float visibility, float albedo) {
     GTAOI_NO_CONTRACT
     float a, b, c, x = gtaoi_clamp(visibility, 0.0f, 1.0f);
@@ -978,7 +1175,7 @@ struct gtao_context {
     int classes;
     uint32_t class_base;          /* bits of the least extent, shifted */
     int cosines;                  /* the search takes every cosine: memo estimator, thickness heuristic */
-    int bent;                     /* bent normals are wanted */
+    int bent;                     /* bent normals are wanted, or spherical harmonics */
     int signal;                   /* planes of the signal that are wanted */
     float weight_scale;           /* sum of the slices' Jacobians to the signal's weight, on the optical axis */
     float extent_min, extent_max; /* of the sphere of the radius on the plane z = 1 (orthographic: in pixels) */
@@ -995,7 +1192,15 @@ struct gtao_context {
     float z_sky;                  /* z at or beyond is sky */
     float to_view[9];             /* normal_axes * normal_to_view */
     int transform_normals;
-    float *w;                        /* height buffer at row 0 of rows -2 .. height + 1; the first and last are sky */
+    int arcs;        /* occluders have thickness: unions of arcs */
+    int clip;        /* some backs are known: such columns count as far as they are within the radius */
+    float connect;   /* height difference per pixel within which samples are one surface, as same_surface */
+    int layer_count; /* with the first */
+    gtao_layer layer[1 + GTAO_MAX_LAYERS];
+    float thickness; /* in the unit of 1 / w; 1e30 and more: endless */
+    float per_unit;  /* factor of the thickness map */
+    ptrdiff_t plane; /* floats from a layer's heights to its backs, and from these to the next layer's heights */
+    float *w;        /* height buffer at row 0 of rows -2 .. height + 1; the first and last are sky */
     const gtao_frame_context *frame; /* whose tiles at rest are skipped, or null */
     ptrdiff_t normal_plane;          /* floats between the planes of normals in planes, 0 if they are interleaved */
     ptrdiff_t pitch;                 /* floats from row to row */
@@ -1012,7 +1217,8 @@ typedef struct gtaoi_layout {
     int every_pixel, slices, max_steps, period, per_pixel_noise, classes, segment, per_segment, max_radius;
     float extent_min, extent_max;
     uint32_t class_base;
-    ptrdiff_t pitch;
+    ptrdiff_t pitch, plane;
+    int planes;
     uint64_t w, slice, sample, taps, count, noise, total; /* byte offsets in the aligned scratch */
 } gtaoi_layout;
 
@@ -1042,8 +1248,37 @@ static int gtaoi_stride_ok(ptrdiff_t stride, int row_bytes, int unit) {
     return stride == 0 || (s >= row_bytes && s % unit == 0);
 }
 
+static int gtaoi_sh_count(const gtao_output *o) {
+    return o->sh_bands == 2 ? 4 : 9;
+}
+
+/* Whether anything has a back. */
+static int gtaoi_has_arcs(const gtao_desc *d) {
+    return d->thickness > 0.0f || d->thickness_map || d->back || d->layer_count > 0;
+}
+
+static gtao_result gtaoi_check_arcs(const gtao_desc *d) {
+    int i, row = d->width * 4;
+    if (!(d->thickness >= 0.0f))
+        return GTAO_ERROR_THICKNESS;
+    if (d->thickness_map && !gtaoi_stride_ok(d->thickness_stride, row, 4))
+        return GTAO_ERROR_THICKNESS_MAP;
+    if (d->back && !gtaoi_stride_ok(d->back_stride, row, 4))
+        return GTAO_ERROR_BACK;
+    if (d->layer_count < 0 || d->layer_count > GTAO_MAX_LAYERS || (d->layer_count > 0 && !d->layers))
+        return GTAO_ERROR_LAYERS;
+    for (i = 0; i < d->layer_count; i++)
+        if (!d->layers[i].depth || !gtaoi_stride_ok(d->layers[i].depth_stride, row, 4) ||
+            (d->layers[i].back && !gtaoi_stride_ok(d->layers[i].back_stride, row, 4)))
+            return GTAO_ERROR_LAYERS;
+    if (gtaoi_has_arcs(d) && (d->estimator == GTAO_ESTIMATOR_MEMO || d->thin_blend > 0.0f))
+        return GTAO_ERROR_ARCS;
+    return GTAO_OK;
+}
+
 /* Order of the checks: order of the fields. */
 static gtao_result gtaoi_check_desc(const gtao_desc *d) {
+    gtao_result result;
     int i;
     if (!d)
         return GTAO_ERROR_DESC;
@@ -1103,6 +1338,9 @@ static gtao_result gtaoi_check_desc(const gtao_desc *d) {
         return GTAO_ERROR_STEP_POWER;
     if (!(d->thin_blend >= 0.0f && d->thin_blend <= 1.0f))
         return GTAO_ERROR_THIN_BLEND;
+    result = gtaoi_check_arcs(d);
+    if (result != GTAO_OK)
+        return result;
     if ((unsigned)d->estimator > GTAO_ESTIMATOR_MEMO)
         return GTAO_ERROR_ESTIMATOR;
     if ((unsigned)d->weighting > GTAO_WEIGHTING_UNIFORM)
@@ -1114,10 +1352,24 @@ static gtao_result gtaoi_check_desc(const gtao_desc *d) {
     return GTAO_OK;
 }
 
+/* The planes follow one another, or their rows alternate. */
+static int gtaoi_sh_ok(const gtao_desc *d, const gtao_output *o) {
+    uint64_t bytes = (uint64_t)d->width * 4, row = bytes, plane = (uint64_t)o->sh_plane_stride;
+    if ((o->sh_bands != 0 && o->sh_bands != 2 && o->sh_bands != 3) || !gtaoi_stride_ok(o->sh_stride, d->width * 4, 4))
+        return 0;
+    if (o->sh_stride)
+        row = (uint64_t)(o->sh_stride < 0 ? -o->sh_stride : o->sh_stride);
+    if (o->sh_plane_stride < 0)
+        plane = 0 - plane;
+    return plane == 0 || (plane % 4 == 0 && plane >= bytes &&
+                          ((plane - bytes) / row >= (uint64_t)d->height - 1 ||
+                           (row - bytes) / plane >= (uint64_t)gtaoi_sh_count(o) - 1));
+}
+
 static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) {
     static const int bytes[] = {4, 1, 2};
     int components;
-    if (!o || (!o->visibility && !o->bent_normals && !o->packed && !o->signal))
+    if (!o || (!o->visibility && !o->bent_normals && !o->packed && !o->signal && !o->sh))
         return GTAO_ERROR_OUTPUT;
     if ((unsigned)o->visibility_format > GTAO_FORMAT_UNORM16)
         return GTAO_ERROR_OUTPUT_FORMAT;
@@ -1128,6 +1380,8 @@ static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) 
         (o->bent_normals && !gtaoi_stride_ok(o->bent_stride, d->width * components * 4, 4)) ||
         (o->packed && !gtaoi_stride_ok(o->packed_stride, d->width * 4, 4)))
         return GTAO_ERROR_OUTPUT_STRIDE;
+    if (o->sh && !gtaoi_sh_ok(d, o))
+        return GTAO_ERROR_OUTPUT_SH;
     if (o->signal && ((o->signal_planes != 0 && o->signal_planes != 2 && o->signal_planes != 5) ||
                       !gtaoi_stride_ok(o->signal_stride, d->width * 4, 4) || o->signal_plane_stride % 4 != 0))
         return GTAO_ERROR_SIGNAL;
@@ -1172,9 +1426,12 @@ static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
     if (l->pitch % 1024 == 0)
         l->pitch += 16; /* rows a multiple of 4 KiB apart would share cache sets */
 
+    l->plane = (ptrdiff_t)rows * l->pitch;
+    l->planes = gtaoi_has_arcs(d) ? 2 * (1 + d->layer_count) : 1;
+
     phases = (uint64_t)l->period * (uint64_t)l->period;
     l->w = (sizeof(struct gtao_context) + 63) / 64 * 64;
-    l->slice = l->w + (rows * (uint64_t)l->pitch * sizeof(float) + 63) / 64 * 64;
+    l->slice = l->w + ((uint64_t)l->planes * rows * (uint64_t)l->pitch * sizeof(float) + 63) / 64 * 64;
     l->sample = l->slice + (phases * (uint64_t)l->slices * sizeof(gtaoi_slice) + 63) / 64 * 64;
     l->taps = l->sample;
     if (!l->per_pixel_noise)
@@ -1410,6 +1667,29 @@ static void gtaoi_fill_noise(gtao_context *c) {
                 (float)gtaoi_pow(((double)j + ((double)x + 0.5) / 64.0) / (double)c->max_steps, power);
 }
 
+/* The layers with their defaults resolved, the first among them. */
+static void gtaoi_begin_arcs(gtao_context *c, float unit) {
+    const gtao_desc *d = &c->d;
+    int i;
+    c->layer_count = 1 + d->layer_count;
+    c->layer[0].depth = d->depth, c->layer[0].depth_stride = d->depth_stride;
+    c->layer[0].back = d->back, c->layer[0].back_stride = d->back_stride;
+    for (i = 1; i < c->layer_count; i++)
+        c->layer[i] = d->layers[i - 1];
+    for (i = 0; i < c->layer_count; i++) {
+        if (!c->layer[i].depth_stride)
+            c->layer[i].depth_stride = (ptrdiff_t)d->width * 4;
+        c->clip |= c->bounded && c->layer[i].back;
+        if (!c->layer[i].back_stride)
+            c->layer[i].back_stride = (ptrdiff_t)d->width * 4;
+    }
+    if (!d->thickness_stride)
+        c->d.thickness_stride = (ptrdiff_t)d->width * 4;
+    c->per_unit = 1.0f / unit;
+    c->connect = GTAOI_CONNECT * c->same_surface;
+    c->thickness = d->thickness > 0.0f && d->thickness < 1e30f ? d->thickness / unit : (float)HUGE_VAL;
+}
+
 static void gtaoi_fill_sky(float *row, ptrdiff_t n) {
     while (n-- > 0)
         *row++ = GTAOI_SKY;
@@ -1450,6 +1730,10 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
         c->o.bent_stride = (ptrdiff_t)desc->width * c->o.bent_components * 4;
     if (!c->o.packed_stride)
         c->o.packed_stride = (ptrdiff_t)desc->width * 4;
+    if (!c->o.sh_stride)
+        c->o.sh_stride = (ptrdiff_t)desc->width * 4;
+    if (!c->o.sh_plane_stride)
+        c->o.sh_plane_stride = c->o.sh_stride * desc->height;
     if (!c->o.signal_stride)
         c->o.signal_stride = (ptrdiff_t)desc->width * 4;
     if (!c->o.signal_plane_stride)
@@ -1460,7 +1744,7 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
     c->per_pixel_noise = l.per_pixel_noise, c->period = l.period;
     c->classes = l.classes, c->class_base = l.class_base;
     c->extent_min = l.extent_min, c->extent_max = l.extent_max;
-    c->pitch = l.pitch, c->segment = l.segment;
+    c->pitch = l.pitch, c->segment = l.segment, c->plane = l.plane;
     c->max_radius = (float)l.max_radius;
 
     /* Lengths are measured in units of the radius, so that a common power of two in depth and radius changes no bit and
@@ -1473,7 +1757,8 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
     c->reach = gtaoi_min(desc->radius / unit, 1e18f); /* its square is finite */
     c->inner2 = (1.0f - desc->falloff) * (1.0f - desc->falloff);
     c->cosines = desc->estimator == GTAO_ESTIMATOR_MEMO || desc->thin_blend > 0.0f;
-    c->bent = output->bent_normals || output->packed || c->signal == 5;
+    c->bent = output->bent_normals || output->packed || output->sh || c->signal == 5;
+    c->arcs = gtaoi_has_arcs(desc);
     c->inv_falloff = desc->falloff > 0.0f ? 1.0f / desc->falloff : 0.0f;
     c->z_sky = desc->sky_z > 0.0f ? desc->sky_z : (float)HUGE_VAL;
     if (c->orthographic) {
@@ -1492,6 +1777,8 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
         c->w_scale = desc->device_scale * unit;
         c->same_surface = GTAOI_SAME_SURFACE_PX * 2.0f / (cam->fx + gtaoi_fy(cam));
     }
+    if (c->arcs)
+        gtaoi_begin_arcs(c, unit);
     if (desc->depth_kind == GTAO_DEPTH_DEVICE) {
         /* The far plane is at d = 1, or at 0 if height grows with d (reversed). */
         c->w_bias = c->orthographic ? desc->device_bias / unit : desc->device_bias * unit;
@@ -1517,6 +1804,7 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
 static void gtaoi_begin(const gtao_desc *desc, const gtao_output *output, const gtaoi_layout *plan, char *base,
                         gtao_context *c) {
     const gtaoi_layout l = *plan;
+    int i;
     gtaoi_resolve(desc, output, plan, c);
     c->w = (float *)(void *)(base + l.w);
     c->slice = (gtaoi_slice *)(void *)(base + l.slice);
@@ -1529,8 +1817,11 @@ static void gtaoi_begin(const gtao_desc *desc, const gtao_output *output, const 
     if (c->per_pixel_noise)
         gtaoi_fill_noise(c);
     c->w += 2 * c->pitch;
-    gtaoi_fill_sky(c->w - 2 * c->pitch, c->pitch);
-    gtaoi_fill_sky(c->w + (ptrdiff_t)(desc->height + 1) * c->pitch, c->pitch);
+    for (i = 0; i < l.planes; i++) {
+        float *w = c->w + i * c->plane;
+        gtaoi_fill_sky(w - 2 * c->pitch, c->pitch);
+        gtaoi_fill_sky(w + (ptrdiff_t)(desc->height + 1) * c->pitch, c->pitch);
+    }
 }
 
 GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output, void *scratch, size_t scratch_size,
@@ -1596,6 +1887,25 @@ static void gtaoi_pad_row(const gtao_context *c, float *row) {
             x = c->d.border == GTAO_BORDER_WRAP ? gtaoi_wrap(x, w) : gtaoi_imin(gtaoi_imax(x, 0), w - 1);
             segment[i] = row[(x & mask) * c->segment + GTAOI_PAD + (x >> shift)];
         }
+    }
+}
+
+/* The padding of row y of a plane of heights, and the rows above and below the image. */
+static void gtaoi_border_rows(const gtao_context *c, float *w, int y) {
+    int h = c->d.height;
+    float *row = w + (ptrdiff_t)y * c->pitch;
+    gtaoi_pad_row(c, row);
+    if (c->d.border == GTAO_BORDER_OPEN) {
+        if (y == 0)
+            gtaoi_fill_sky(row - c->pitch, c->pitch);
+        if (y == h - 1)
+            gtaoi_fill_sky(row + c->pitch, c->pitch);
+    } else {
+        int above = c->d.border == GTAO_BORDER_CLAMP ? 0 : h - 1, below = h - 1 - above;
+        if (y == above)
+            memcpy(w - c->pitch, row, (size_t)c->pitch * sizeof(float));
+        if (y == below)
+            memcpy(w + (ptrdiff_t)h * c->pitch, row, (size_t)c->pitch * sizeof(float));
     }
 }
 
@@ -1723,7 +2033,7 @@ enum { /* planes of a signal, as in gtao_output.signal; those of the history */
 typedef struct gtaoi_settings {
     uint32_t magic;
     int i[28];
-    float f[8];
+    float f[9];
 } gtaoi_settings;
 
 /* A plane is `pitch` floats a row, one row more than the image (nothing: sky or zero), GTAOI_PAD columns around. */
@@ -1778,6 +2088,8 @@ static gtao_result gtaoi_check_frame(const gtao_frame_desc *f) {
     result = gtaoi_check_desc(&f->desc);
     if (result != GTAO_OK)
         return result;
+    if (f->desc.thickness_map || f->desc.back || f->desc.layer_count > 0)
+        return GTAO_ERROR_FRAME_ARCS;
     if ((unsigned)f->reduction > GTAO_REDUCE_CHECKERBOARD)
         return GTAO_ERROR_REDUCTION;
     if (f->spatial_passes < 0 || f->spatial_passes > 3)
@@ -1997,6 +2309,25 @@ GTAO_API void gtao_visibility_rows(const gtao_context *context, int row_begin, i
     GTAOI_DISPATCH(context->d.isa, gtaoi_visibility, (context, row_begin, row_end, stats));
 }
 
+GTAO_API void gtao_irradiance_rows(const gtao_desc *desc, const gtao_output *output, const float probe[27], float *rgb,
+                                   ptrdiff_t rgb_stride, int row_begin, int row_end) {
+    ptrdiff_t row = output->sh_stride ? output->sh_stride : (ptrdiff_t)desc->width * 4, plane = output->sh_plane_stride;
+    int x, y, i, n = gtaoi_sh_count(output);
+    float sh[9] = {0};
+    if (!plane)
+        plane = row * desc->height;
+    row_begin = gtaoi_imax(row_begin, 0), row_end = gtaoi_imin(row_end, desc->height);
+    for (y = row_begin; y < row_end; y++) {
+        const char *from = (const char *)output->sh + (ptrdiff_t)y * row;
+        char *to = (char *)rgb + (ptrdiff_t)y * (rgb_stride ? rgb_stride : (ptrdiff_t)desc->width * 12);
+        for (x = 0; x < desc->width; x++) {
+            for (i = 0; i < n; i++)
+                memcpy(&sh[i], from + (ptrdiff_t)i * plane + (ptrdiff_t)x * 4, sizeof sh[i]);
+            gtao_irradiance(sh, probe, (float *)(void *)(to + (ptrdiff_t)x * 12));
+        }
+    }
+}
+
 GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *output, void *scratch, size_t scratch_size,
                                   gtao_stats *stats) {
     gtao_context *context;
@@ -2006,6 +2337,152 @@ GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *outp
     gtao_prepare_rows(context, 0, desc->height);
     gtao_visibility_rows(context, 0, desc->height, stats);
     return GTAO_OK;
+}
+
+/* ---- thickness --------------------------------------------------------------------------------------------------- */
+
+/* Constants of the estimate, fitted: thickness over width; widths in radii that are endless; the change of depth, in
+ * footprints a pixel, within which neighbours are one surface; and the most that a slope adds to a width. */
+#define GTAOI_THICKNESS_FACTOR 0.5f
+#define GTAOI_THICKNESS_ENDLESS 1.0f
+#define GTAOI_THICKNESS_SLOPE 6.0f
+#define GTAOI_THICKNESS_STRETCH 5.0f
+
+/* A surface met on a line of pixels: its last depth and pixel, and the pixel that names it. */
+typedef struct gtaoi_run {
+    float z;
+    int last, id;
+} gtaoi_run;
+
+enum { GTAOI_RUNS = 32 }; /* surfaces hidden one behind the other; the farthest of more is forgotten */
+
+/* Pixels of a line that the surface seen at each of n pixels takes up, with what nearer things hide of it. A run goes on
+ * while its depth changes by no more than `slope` a pixel (perspective: of its depth); something nearer interrupts it,
+ * and it is resumed behind that if its depth fits; it ends where something farther shows, which in turn may have begun
+ * behind it. `work`: 3 n ints. Sky is infinite. */
+static void gtaoi_widths(const float *z, ptrdiff_t step, int n, float slope, int orthographic, int *work, float *width,
+                         ptrdiff_t width_step) {
+    GTAOI_NO_CONTRACT
+    gtaoi_run stack[GTAOI_RUNS]; /* the nearest on top */
+    int *id = work, *first = work + n, *end = work + 2 * n, top = 0, i;
+    for (i = 0; i < n; i++) {
+        float d = z[i * step];
+        int start = i, found = 0;
+        id[i] = -1, end[i] = n;
+        if (!gtaoi_finite(d)) {
+            while (top)
+                end[stack[--top].id] = i;
+            continue;
+        }
+        while (top && !found) {
+            const gtaoi_run *r = &stack[top - 1];
+            float tolerance = slope * (float)(i - r->last), behind = d - r->z;
+            if (!orthographic)
+                tolerance *= gtaoi_min(d, r->z);
+            if (behind < -tolerance)
+                break; /* nearer */
+            found = behind <= tolerance;
+            if (!found) {
+                end[r->id] = i;
+                start = first[r->id];
+                top--;
+            }
+        }
+        if (!found) {
+            if (top == GTAOI_RUNS)
+                memmove(stack, stack + 1, (size_t)--top * sizeof *stack);
+            first[i] = start;
+            stack[top++].id = i;
+        }
+        stack[top - 1].z = d, stack[top - 1].last = i;
+        id[i] = stack[top - 1].id;
+    }
+    for (i = 0; i < n; i++) {
+        int run = id[i];
+        width[i * width_step] = run < 0                            ? 0.0f
+                                : first[run] == 0 || end[run] == n ? (float)HUGE_VAL
+                                                                   : (float)(end[run] - first[run]);
+    }
+}
+
+/* Change of depth from pixel to pixel, the lesser of both sides; FLT_MAX where neither neighbour is there. */
+static float gtaoi_change(const float *z, int before, int after, ptrdiff_t step) {
+    GTAOI_NO_CONTRACT
+    float a = before && gtaoi_finite(z[-step]) ? z[-step] - z[0] : FLT_MAX;
+    float b = after && gtaoi_finite(z[step]) ? z[step] - z[0] : FLT_MAX;
+    return gtaoi_min(a < 0.0f ? -a : a, b < 0.0f ? -b : b);
+}
+
+GTAO_API size_t gtao_thickness_scratch_size(const gtao_desc *desc) {
+    uint64_t n;
+    if (gtaoi_check_desc(desc) != GTAO_OK)
+        return 0;
+    n = 2 * (uint64_t)desc->width * (uint64_t)desc->height + 3 * (uint64_t)gtaoi_imax(desc->width, desc->height);
+    n = n * sizeof(float) + 63; /* room to align */
+    return n <= SIZE_MAX ? (size_t)n : 0;
+}
+
+GTAO_API gtao_result gtao_estimate_thickness(const gtao_desc *desc, float *thickness, ptrdiff_t stride, void *scratch,
+                                             size_t scratch_size) {
+    GTAOI_NO_CONTRACT
+    gtao_result result = gtaoi_check_desc(desc);
+    gtao_output none;
+    gtaoi_layout l;
+    gtao_context c;
+    float *z, *across, unit;
+    int *work, x, y, w, h;
+    if (result != GTAO_OK)
+        return result;
+    w = desc->width, h = desc->height;
+    if (!thickness || !gtaoi_stride_ok(stride, w * 4, 4))
+        return GTAO_ERROR_THICKNESS_MAP;
+    if (!scratch || scratch_size < gtao_thickness_scratch_size(desc))
+        return GTAO_ERROR_SCRATCH;
+    memset(&none, 0, sizeof none);
+    gtaoi_plan(desc, &l);
+    gtaoi_resolve(desc, &none, &l, &c);
+    unit = c.orthographic ? desc->camera.sx : c.w_numerator;
+    stride = stride ? stride / 4 : w;
+    z = (float *)(void *)((char *)scratch + ((64 - ((uintptr_t)scratch & 63)) & 63));
+    across = z + (ptrdiff_t)w * h;
+    work = (int *)(void *)(across + (ptrdiff_t)w * h);
+    for (y = 0; y < h; y++) {
+        const float *depth = (const float *)(const void *)((const char *)desc->depth + y * c.d.depth_stride);
+        float *row = z + (ptrdiff_t)y * w, ry2 = gtaoi_ry2(&c, y);
+        for (x = 0; x < w; x++) { /* in units of the radius, orthographic: of pixels */
+            float height = gtaoi_height_scalar(&c, depth[x], (float)x, ry2);
+            row[x] = height <= GTAOI_SKY_LIMIT ? (float)HUGE_VAL : c.orthographic ? -height : 1.0f / height;
+        }
+        gtaoi_widths(row, 1, w, GTAOI_THICKNESS_SLOPE * c.bx1, c.orthographic, work, across + (ptrdiff_t)y * w, 1);
+    }
+    for (x = 0; x < w; x++)
+        gtaoi_widths(z + x, w, h, GTAOI_THICKNESS_SLOPE * c.by1, c.orthographic, work, thickness + x, stride);
+    for (y = 0; y < h; y++)
+        for (x = 0; x < w; x++) {
+            const float *at = z + (ptrdiff_t)y * w + x;
+            float *out = thickness + y * stride + x, scale = c.orthographic ? 1.0f : *at, width, sx, sy;
+            if (!gtaoi_finite(*at)) {
+                *out = 0.0f;
+                continue;
+            }
+            width = gtaoi_min(across[(ptrdiff_t)y * w + x] * c.bx1, *out * c.by1) * scale;
+            sx = gtaoi_change(at, x > 0, x + 1 < w, 1) / (scale * c.bx1);
+            sy = gtaoi_change(at, y > 0, y + 1 < h, w) / (scale * c.by1);
+            width *= gtaoi_min(sqrtf(1.0f + sx * sx + sy * sy), GTAOI_THICKNESS_STRETCH);
+            *out = width <= GTAOI_THICKNESS_ENDLESS * c.reach ? GTAOI_THICKNESS_FACTOR * width * unit : (float)HUGE_VAL;
+        }
+    return GTAO_OK;
+}
+
+GTAO_API void gtao_compose_layers(size_t n, const float *scene, const float *scene_bent, const uint8_t *moving,
+                                  float *all, float *all_bent) {
+    size_t i;
+    for (i = 0; i < n; i++)
+        if (!moving[i] && scene[i] < all[i]) {
+            all[i] = scene[i];
+            if (scene_bent && all_bent)
+                memcpy(all_bent + 3 * i, scene_bent + 3 * i, 3 * sizeof(float));
+        }
 }
 
 /* ---- frames: state and stages ----------------------------------------------------------------------------------- */
@@ -2044,8 +2521,8 @@ static void gtaoi_frame_settings(const gtao_frame_desc *f, const gtaoi_frame_lay
                      l->motion,
                      d->mask != 0,
                      (int)d->depth_kind};
-    const float x[] = {d->radius,          d->falloff,      d->step_power, d->thin_blend,
-                       f->depth_tolerance, f->clamp_window, d->camera.sx,  d->camera.sy};
+    const float x[] = {d->radius,       d->falloff,   d->step_power, d->thin_blend, f->depth_tolerance,
+                       f->clamp_window, d->camera.sx, d->camera.sy,  d->thickness};
     memset(s, 0, sizeof *s);
     s->magic = 0x6f617467u;
     memcpy(s->i, i, sizeof i);
@@ -2071,6 +2548,8 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
         return result;
     if (output && output->signal)
         return GTAO_ERROR_SIGNAL;
+    if (output && output->sh)
+        return GTAO_ERROR_OUTPUT_SH;
     result = gtaoi_check_output(&frame->desc, output);
     if (result != GTAO_OK)
         return result;
@@ -2309,11 +2788,15 @@ GTAO_API const float *gtao_frame_plane(const gtao_frame_context *context, gtao_p
 #define GTAOI_ALL ((1u << GTAOI_W) - 1u)
 
 #define GV GTAOI_NAME(gtaoi_v)
+#define GI GTAOI_NAME(gtaoi_i)
 #define GM GTAOI_NAME(gtaoi_m)
 #define GTAOI_PIXEL GTAOI_NAME(gtaoi_pixel)
 #define GTAOI_FRAME GTAOI_NAME(gtaoi_frame)
 #define GTAOI_SAMPLE GTAOI_NAME(gtaoi_rising)
 #define GTAOI_HORIZONS GTAOI_NAME(gtaoi_horizons)
+#define GTAOI_ARCS GTAOI_NAME(gtaoi_arcs)
+#define GTAOI_COLUMN GTAOI_NAME(gtaoi_column)
+#define GTAOI_WALK GTAOI_NAME(gtaoi_walk)
 #define GTAOI_HISTORY GTAOI_NAME(gtaoi_history)
 #define GTAOI_TAPS GTAOI_NAME(gtaoi_block_taps)
 
@@ -2342,6 +2825,20 @@ typedef int GM;
 #define GM_BITS(m) ((unsigned)(m))
 #define GM_ANY(m) (m)
 #define GV_CLASS(a) gtaoi_from_bits(gtaoi_bits(a) & GTAOI_CLASS_MASK) /* a, its mantissa cut */
+typedef uint32_t GI; /* masks of sectors */
+#define GI_SET(x) (x)
+#define GI_OR(a, b) ((a) | (b))
+#define GI_AND(a, b) ((a) & (b))
+#define GI_ANDNOT(a, b) ((a) & ~(b)) /* a and not b */
+#define GI_ADD(a, b) ((a) + (b))
+#define GI_IF(m, a) ((m) ? (a) : 0u)
+#define GI_SELECT(m, a, b) ((m) ? (a) : (b))
+#define GI_IS_ZERO(a) ((a) == 0u)
+#define GI_FROM(f) GTAOI_NAME(gtaoi_bits_from)((int)(f))                                     /* all bits from the f-th, 0..32 */
+#define GI_INDEX(a) ((float)(int)(gtaoi_bits((float)(a)) >> 23 & 255u) - 127.0f) /* of the only bit */
+GTAOI_INLINE uint32_t GTAOI_NAME(gtaoi_bits_from)(int i) {
+    return i < 32 ? ~UINT32_C(0) << i : 0u;
+}
 
 #elif GTAOI_W == 4 && GTAOI_X86
 typedef __m128 GV;
@@ -2368,6 +2865,26 @@ typedef __m128 GM;
 #define GM_BITS(m) ((unsigned)_mm_movemask_ps(m))
 #define GM_ANY(m) (_mm_movemask_ps(m) != 0)
 #define GV_CLASS(a) _mm_and_ps(a, _mm_castsi128_ps(_mm_set1_epi32((int)GTAOI_CLASS_MASK)))
+typedef __m128i GI;
+#define GI_SET(x) _mm_set1_epi32((int)(x))
+#define GI_OR(a, b) _mm_or_si128(a, b)
+#define GI_AND(a, b) _mm_and_si128(a, b)
+#define GI_ANDNOT(a, b) _mm_andnot_si128(b, a)
+#define GI_ADD(a, b) _mm_add_epi32(a, b)
+#define GI_IF(m, a) _mm_and_si128(_mm_castps_si128(m), a)
+#define GI_SELECT(m, a, b) _mm_or_si128(_mm_and_si128(_mm_castps_si128(m), a), _mm_andnot_si128(_mm_castps_si128(m), b))
+#define GI_IS_ZERO(a) _mm_castsi128_ps(_mm_cmpeq_epi32(a, _mm_setzero_si128()))
+#define GI_FROM(f) GTAOI_NAME(gtaoi_sse2_from)(f)
+#define GI_INDEX(a)                                                                                                    \
+    _mm_sub_ps(                                                                                                        \
+        _mm_cvtepi32_ps(_mm_and_si128(_mm_srli_epi32(_mm_castps_si128(_mm_cvtepi32_ps(a)), 23), _mm_set1_epi32(255))), \
+        _mm_set1_ps(127.0f))
+/* -2^i, by the exponent of a float: there is no shift by lanes. */
+GTAOI_INLINE GTAOI_ATTRIBUTE __m128i GTAOI_NAME(gtaoi_sse2_from)(__m128 f) {
+    __m128i power = _mm_slli_epi32(_mm_add_epi32(_mm_cvttps_epi32(f), _mm_set1_epi32(127 + 256)), 23);
+    return _mm_and_si128(_mm_cvttps_epi32(_mm_castsi128_ps(power)),
+                         _mm_castps_si128(_mm_cmplt_ps(f, _mm_set1_ps(32.0f))));
+}
 
 #elif GTAOI_W == 4
 typedef float32x4_t GV;
@@ -2391,10 +2908,23 @@ typedef uint32x4_t GM;
 #define GM_AND(a, b) vandq_u32(a, b)
 #define GM_OR(a, b) vorrq_u32(a, b)
 #define GM_ANDNOT(a, b) vbicq_u32(a, b)
-#define GM_BITS(m) gtaoi_neon_bits(m)
+#define GM_BITS(m) GTAOI_NAME(gtaoi_neon_bits)(m)
 #define GM_ANY(m) (vmaxvq_u32(m) != 0)
 #define GV_CLASS(a) vreinterpretq_f32_u32(vandq_u32(vreinterpretq_u32_f32(a), vdupq_n_u32(GTAOI_CLASS_MASK)))
-GTAOI_INLINE unsigned gtaoi_neon_bits(uint32x4_t m) {
+typedef uint32x4_t GI;
+#define GI_SET(x) vdupq_n_u32(x)
+#define GI_OR(a, b) vorrq_u32(a, b)
+#define GI_AND(a, b) vandq_u32(a, b)
+#define GI_ANDNOT(a, b) vbicq_u32(a, b)
+#define GI_ADD(a, b) vaddq_u32(a, b)
+#define GI_IF(m, a) vandq_u32(m, a)
+#define GI_SELECT(m, a, b) vbslq_u32(m, a, b)
+#define GI_IS_ZERO(a) vceqq_u32(a, vdupq_n_u32(0))
+#define GI_FROM(f) vshlq_u32(vdupq_n_u32(0xffffffffu), vcvtq_s32_f32(f))
+#define GI_INDEX(a)                                                                                                    \
+    vsubq_f32(vcvtq_f32_u32(vandq_u32(vshrq_n_u32(vreinterpretq_u32_f32(vcvtq_f32_u32(a)), 23), vdupq_n_u32(255))),    \
+              vdupq_n_f32(127.0f))
+GTAOI_INLINE unsigned GTAOI_NAME(gtaoi_neon_bits)(uint32x4_t m) {
     static const uint32_t weight[4] = {1, 2, 4, 8};
     return vaddvq_u32(vandq_u32(m, vld1q_u32(weight)));
 }
@@ -2424,6 +2954,20 @@ typedef __m256 GM;
 #define GM_BITS(m) ((unsigned)_mm256_movemask_ps(m))
 #define GM_ANY(m) (_mm256_movemask_ps(m) != 0)
 #define GV_CLASS(a) _mm256_and_ps(a, _mm256_castsi256_ps(_mm256_set1_epi32((int)GTAOI_CLASS_MASK)))
+typedef __m256i GI;
+#define GI_SET(x) _mm256_set1_epi32((int)(x))
+#define GI_OR(a, b) _mm256_or_si256(a, b)
+#define GI_AND(a, b) _mm256_and_si256(a, b)
+#define GI_ANDNOT(a, b) _mm256_andnot_si256(b, a)
+#define GI_ADD(a, b) _mm256_add_epi32(a, b)
+#define GI_IF(m, a) _mm256_and_si256(_mm256_castps_si256(m), a)
+#define GI_SELECT(m, a, b) _mm256_blendv_epi8(b, a, _mm256_castps_si256(m))
+#define GI_IS_ZERO(a) _mm256_castsi256_ps(_mm256_cmpeq_epi32(a, _mm256_setzero_si256()))
+#define GI_FROM(f) _mm256_sllv_epi32(_mm256_set1_epi32(-1), _mm256_cvttps_epi32(f))
+#define GI_INDEX(a)                                                                                                    \
+    _mm256_sub_ps(_mm256_cvtepi32_ps(_mm256_and_si256(                                                                 \
+                      _mm256_srli_epi32(_mm256_castps_si256(_mm256_cvtepi32_ps(a)), 23), _mm256_set1_epi32(255))),     \
+                  _mm256_set1_ps(127.0f))
 
 #elif GTAOI_W == 16
 typedef __m512 GV;
@@ -2450,6 +2994,20 @@ typedef __mmask16 GM;
 #define GM_BITS(m) ((unsigned)(m))
 #define GM_ANY(m) ((m) != 0)
 #define GV_CLASS(a) _mm512_and_ps(a, _mm512_castsi512_ps(_mm512_set1_epi32((int)GTAOI_CLASS_MASK)))
+typedef __m512i GI;
+#define GI_SET(x) _mm512_set1_epi32((int)(x))
+#define GI_OR(a, b) _mm512_or_si512(a, b)
+#define GI_AND(a, b) _mm512_and_si512(a, b)
+#define GI_ANDNOT(a, b) _mm512_andnot_si512(b, a)
+#define GI_ADD(a, b) _mm512_add_epi32(a, b)
+#define GI_IF(m, a) _mm512_maskz_mov_epi32(m, a)
+#define GI_SELECT(m, a, b) _mm512_mask_blend_epi32(m, b, a)
+#define GI_IS_ZERO(a) _mm512_cmpeq_epi32_mask(a, _mm512_setzero_si512())
+#define GI_FROM(f) _mm512_sllv_epi32(_mm512_set1_epi32(-1), _mm512_cvttps_epi32(f))
+#define GI_INDEX(a)                                                                                                    \
+    _mm512_sub_ps(_mm512_cvtepi32_ps(_mm512_and_si512(                                                                 \
+                      _mm512_srli_epi32(_mm512_castps_si512(_mm512_cvtepi32_ps(a)), 23), _mm512_set1_epi32(255))),     \
+                  _mm512_set1_ps(127.0f))
 #endif
 
 /* Four floats from each of the rows p, p + stride, ... into the lanes of four vectors, and back: between pixels in
@@ -2585,6 +3143,10 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_floor)(GV a) {
     return GV_SUB(r, GV_IF(GV_LT(a, r), GV_SET(1.0f)));
 }
 
+#ifdef GTAOI_KERNELS /* the operations above serve another header's kernels: gtso.h */
+#include GTAOI_KERNELS
+#else
+
 /* ---- prepare: depth to height ----------------------------------------------------------------------------------- */
 
 /* The caller's depth of column x to height; ry2 = 1 + ry^2 of the row. */
@@ -2619,13 +3181,13 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_height)(const gtao_context *c, GV z, GV x, float ry
     return GV_SELECT(visible, height, GV_SET(GTAOI_SKY));
 }
 
-GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
+GTAOI_FN void GTAOI_NAME(gtaoi_heights)(const gtao_context *c, const float *image, ptrdiff_t stride, float *plane,
+                                        int y0, int y1) {
     GTAOI_NO_CONTRACT
-    const gtao_desc *d = &c->d;
-    int x, y, i, p, h = d->height, w = d->width;
+    int x, y, i, p, w = c->d.width;
     for (y = y0; y < y1; y++) {
-        const float *depth = (const float *)(const void *)((const char *)d->depth + (ptrdiff_t)y * d->depth_stride);
-        float *row = c->w + (ptrdiff_t)y * c->pitch;
+        const float *depth = (const float *)(const void *)((const char *)image + (ptrdiff_t)y * stride);
+        float *row = plane + (ptrdiff_t)y * c->pitch;
         float ry2 = gtaoi_ry2(c, y);
         for (x = 0; x < w; x += GTAOI_CHUNK) {
             float in[GTAOI_CHUNK], out[GTAOI_CHUNK];
@@ -2653,20 +3215,68 @@ GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
                 }
             }
         }
-        gtaoi_pad_row(c, row);
-        /* The rows above and below the image. */
-        if (d->border == GTAO_BORDER_OPEN) {
-            if (y == 0)
-                gtaoi_fill_sky(row - c->pitch, c->pitch);
-            if (y == h - 1)
-                gtaoi_fill_sky(row + c->pitch, c->pitch);
-        } else {
-            int above = d->border == GTAO_BORDER_CLAMP ? 0 : h - 1, below = h - 1 - above;
-            if (y == above)
-                memcpy(c->w - c->pitch, row, (size_t)c->pitch * sizeof(float));
-            if (y == below)
-                memcpy(c->w + (ptrdiff_t)h * c->pitch, row, (size_t)c->pitch * sizeof(float));
+        gtaoi_border_rows(c, plane, y);
+    }
+}
+
+/* Backs of a layer: those given, no nearer than the front, or what the thickness says. With T along the view ray and z
+ * along the axis, w' = 1 / (1 / w + T / |r|); orthographic w' = w - T. Endless: as if it were sky. */
+GTAOI_FN void GTAOI_NAME(gtaoi_backs)(const gtao_context *c, int k, int y0, int y1) {
+    GTAOI_NO_CONTRACT
+    const gtao_desc *d = &c->d;
+    const GV sky = GV_SET(GTAOI_SKY), zero = GV_SET(0.0f), one = GV_SET(1.0f), endless = GV_SET(1e30f);
+    const float *map = k == 0 ? d->thickness_map : 0;
+    float *front = c->w + 2 * k * c->plane, *back = front + c->plane, lanes[GTAOI_W];
+    int y, p, i, j;
+    if (c->layer[k].back)
+        GTAOI_NAME(gtaoi_heights)(c, c->layer[k].back, c->layer[k].back_stride, back, y0, y1);
+    for (y = y0; y < y1; y++) {
+        const float *row =
+            map ? (const float *)(const void *)((const char *)map + (ptrdiff_t)y * d->thickness_stride) : 0;
+        float ry2 = gtaoi_ry2(c, y);
+        for (p = 0; p < c->period; p++) {
+            ptrdiff_t at = (ptrdiff_t)y * c->pitch + (ptrdiff_t)p * c->segment + GTAOI_PAD;
+            for (i = 0; i * c->period + p < d->width; i += GTAOI_W, at += GTAOI_W) {
+                GV w = GV_LOAD(front + at), t = GV_SET(c->thickness), assumed;
+                GM solid = GV_LT(GV_SET(GTAOI_SKY_LIMIT), w);
+                if (row) {
+                    GV own;
+                    for (j = 0; j < GTAOI_W; j++)
+                        lanes[j] = row[gtaoi_imin((i + j) * c->period + p, d->width - 1)];
+                    own = GV_LOAD(lanes);
+                    t = GV_SELECT(GV_LT(zero, own),
+                                  GV_SELECT(GV_LT(own, endless), GV_MUL(own, GV_SET(c->per_unit)), own), t);
+                }
+                if (c->orthographic) {
+                    assumed = GV_SUB(w, t);
+                } else {
+                    GV rx = GV_ADD(GTAOI_NAME(gtaoi_iota)(), GV_SET((float)i));
+                    rx = GV_ADD(GV_MUL(rx, GV_SET((float)c->period)), GV_SET((float)p + 0.5f));
+                    rx = GV_MUL(GV_SUB(rx, GV_SET(c->cx)), GV_SET(c->bx1));
+                    rx = GV_MAX(GV_MIN(rx, GV_SET(GTAOI_RAY_LIMIT)), GV_SET(-GTAOI_RAY_LIMIT));
+                    rx = GV_SQRT(GV_ADD(GV_MUL(rx, rx), GV_SET(ry2)));
+                    assumed = GV_DIV(w, GV_ADD(one, GV_DIV(GV_MUL(t, w), rx)));
+                }
+                assumed = GV_SELECT(GV_LT(t, endless), GV_MAX(assumed, sky), sky);
+                if (c->layer[k].back) {
+                    GV given = GV_LOAD(back + at);
+                    assumed = GV_SELECT(GV_LT(GV_SET(GTAOI_SKY_LIMIT), given), GV_MIN(given, w), assumed);
+                }
+                GV_STORE(back + at, GV_SELECT(solid, assumed, sky));
+            }
         }
+        gtaoi_border_rows(c, back, y);
+    }
+}
+
+GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
+    int k;
+    GTAOI_NAME(gtaoi_heights)(c, c->d.depth, c->d.depth_stride, c->w, y0, y1);
+    for (k = 0; c->arcs && k < c->layer_count; k++) {
+        if (k > 0)
+            GTAOI_NAME(gtaoi_heights)
+        (c, c->layer[k].depth, c->layer[k].depth_stride, c->w + 2 * k * c->plane, y0, y1);
+        GTAOI_NAME(gtaoi_backs)(c, k, y0, y1);
     }
 }
 
@@ -3009,7 +3619,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const GTAOI_
 }
 
 /* Heights at whole-pixel coordinates, borders applied. */
-GTAOI_FI GV GTAOI_NAME(gtaoi_fetch)(const gtao_context *c, GV x, GV y) {
+GTAOI_FI GV GTAOI_NAME(gtaoi_fetch)(const gtao_context *c, const float *plane, GV x, GV y) {
     GTAOI_NO_CONTRACT
     float xs[GTAOI_W], ys[GTAOI_W], out[GTAOI_W];
     GV w = GV_SET((float)c->d.width), h = GV_SET((float)c->d.height), zero = GV_SET(0.0f), one = GV_SET(1.0f);
@@ -3027,7 +3637,7 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_fetch)(const gtao_context *c, GV x, GV y) {
     GV_STORE(xs, x);
     GV_STORE(ys, y);
     for (i = 0; i < GTAOI_W; i++)
-        out[i] = c->w[(ptrdiff_t)(int)ys[i] * c->pitch + GTAOI_PAD + (int)xs[i]];
+        out[i] = plane[(ptrdiff_t)(int)ys[i] * c->pitch + GTAOI_PAD + (int)xs[i]];
     return GV_LOAD(out);
 }
 
@@ -3083,14 +3693,14 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_
         }
         for (side = 0; side < 2; side++) {
             GV x = side ? GV_SUB(p->x, qx) : GV_ADD(p->x, qx), y = side ? GV_SUB(p->y, qy) : GV_ADD(p->y, qy);
-            GV w = GTAOI_NAME(gtaoi_fetch)(c, x, y), ux = GV_MUL(qx, inv), uy = GV_MUL(qy, inv), tangent, rise, least,
-               before[2];
+            GV w = GTAOI_NAME(gtaoi_fetch)(c, c->w, x, y), ux = GV_MUL(qx, inv), uy = GV_MUL(qy, inv), tangent, rise,
+               least, before[2];
             GV w_a = w, w_b = w, bx = x, by = y;
             if (taps) {
                 GV step = side ? GV_SET(-1.0f) : one;
                 GV across = GV_MUL(step, GV_SELECT(along_x, p->gy, p->gx));
                 bx = GV_SELECT(along_x, x, GV_ADD(x, step)), by = GV_SELECT(along_x, GV_ADD(y, step), y);
-                w_b = GTAOI_NAME(gtaoi_fetch)(c, bx, by);
+                w_b = GTAOI_NAME(gtaoi_fetch)(c, c->w, bx, by);
                 w = GTAOI_NAME(gtaoi_between)(c, w_a, w_b, fraction, across, c->orthographic);
                 ux = f->dx, uy = f->dy;
             }
@@ -3118,6 +3728,433 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_
             }
         }
     }
+}
+
+/* ---- arcs: occluders with thickness ----------------------------------------------------------------------------- */
+
+/* A sample is a column along its view ray, from its front to its back: an interval of rises above the tangent plane.
+ * What is occluded is the union of the intervals. The part of it that reaches down to the tangent plane is kept as a
+ * horizon, exactly; what hangs free above it as a mask of sectors on each side. Sector borders are equidistant in
+ * y = t^2 / (1 + t^2), t = (kappa - kappa_tangent) cos n: equal cosine-weighted solid angle where the normal is v and
+ * nearly so elsewhere, and no angle is needed. An end of an interval goes to the nearest border; borders move by a
+ * fraction from slice to slice, so that these roundings do not add up over slices. */
+typedef struct GTAOI_ARCS {
+    GI mask[2]; /* + and - side */
+    GV to_t;    /* rise to t, and back */
+    GV from_t;
+    GV shift;     /* of the sector borders, in sectors, -1/2..1/2 */
+    GV inv_scale; /* cot h to rise; only for falloff and columns cut off by the radius */
+    GV chord;     /* (radius w0)^2: the sphere along the view rays; only for the latter */
+    GV denominator, inv_denominator;
+} GTAOI_ARCS;
+
+/* A sample as a column: its height and the rises of its two ends. Also the one before it, for the surface between. */
+typedef struct GTAOI_COLUMN {
+    GV w, front, back;
+    GM connected; /* with the sample before */
+} GTAOI_COLUMN;
+
+GTAOI_FN void GTAOI_NAME(gtaoi_begin_slice_arcs)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                                 int k, GTAOI_ARCS *a) {
+    GTAOI_NO_CONTRACT
+    const GV one = GV_SET(1.0f);
+    GV sec = GV_SQRT(GV_ADD(one, GV_MUL(f->kappa_tangent, f->kappa_tangent)));
+    float turn = 0.618034f * (float)k;
+    a->mask[0] = a->mask[1] = GI_SET(0u);
+    a->to_t = GV_DIV(f->kappa_scale, sec);
+    a->from_t = GV_DIV(sec, f->kappa_scale);
+    a->shift = GV_SET((turn - (float)(int)turn) * 0.96875f - 0.484375f);
+    a->inv_scale = a->chord = a->denominator = a->inv_denominator = one;
+    if (c->inv_falloff > 0.0f || c->clip)
+        a->inv_scale = GV_DIV(one, f->kappa_scale);
+    if (c->clip) {
+        /* Of the ray r the sphere about P0 holds w0 (r.r0 -+ sqrt((R w0)^2 r^2 - (r x r0)^2)) / (r0^2 - (R w0)^2). */
+        a->chord = GV_MUL(GV_SET(c->reach), p->w0);
+        a->chord = GV_MUL(a->chord, a->chord);
+        a->denominator = GV_SUB(GV_MUL(p->len, p->len), a->chord);
+        a->inv_denominator = GV_DIV(p->w0, a->denominator);
+    }
+}
+
+/* Number of the border that is nearest to a rise, 0..GTAOI_SECTORS; and the rise of a border. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_sector)(const GTAOI_ARCS *a, GV rise) {
+    GTAOI_NO_CONTRACT
+    GV t = GV_MIN(GV_MUL(rise, a->to_t), GV_SET(GTAOI_ARC_LIMIT)), tt = GV_MUL(t, t);
+    return GV_SUB(GV_MUL(GV_DIV(tt, GV_ADD(tt, GV_SET(1.0f))), GV_SET((float)GTAOI_SECTORS)), a->shift);
+}
+GTAOI_FI GV GTAOI_NAME(gtaoi_border)(const GTAOI_ARCS *a, GV i) {
+    GTAOI_NO_CONTRACT
+    GV y = GV_MUL(GV_ADD(i, a->shift), GV_SET(1.0f / (float)GTAOI_SECTORS)), t;
+    t = GV_SQRT(GV_DIV(GV_IF(GV_LT(GV_SET(0.5f), i), y), GV_SUB(GV_SET(1.0f), y)));
+    t = GV_SELECT(GV_LT(i, GV_SET((float)GTAOI_SECTORS - 0.5f)), t, GV_SET(GTAOI_ARC_LIMIT));
+    return GV_MUL(t, a->from_t);
+}
+
+/* An interval from l to u in the falloff ring: it shrinks to its lower end, cos u' = lerp(cos l, cos u, weight). For an
+ * endless column l is the tangent plane, which is the attenuation of the height field. */
+GTAOI_FN GV GTAOI_NAME(gtaoi_fade_interval)(const gtao_context *c, const GTAOI_ARCS *a, const GTAOI_FRAME *f, int side,
+                                            GV l, GV u, GV rho, GV reach) {
+    GTAOI_NO_CONTRACT
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_KAPPA_LIMIT);
+    GV tangent = side ? GV_SUB(zero, f->kappa_tangent) : f->kappa_tangent, kl, ku, cosine, weight;
+    weight = GV_MUL(GV_SUB(one, GV_DIV(GV_SQRT(rho), GV_ABS(reach))), GV_SET(c->inv_falloff));
+    weight = GV_MIN(GV_MAX(weight, zero), one);
+    kl = GV_MIN(GV_ADD(GV_MUL(GV_MAX(l, zero), f->kappa_scale), tangent), limit);
+    ku = GV_MIN(GV_ADD(GV_MUL(u, f->kappa_scale), tangent), limit);
+    kl = GV_DIV(kl, GV_SQRT(GV_ADD(GV_MUL(kl, kl), one)));
+    ku = GV_DIV(ku, GV_SQRT(GV_ADD(GV_MUL(ku, ku), one)));
+    cosine = GV_ADD(kl, GV_MUL(weight, GV_SUB(ku, kl)));
+    cosine = GV_DIV(cosine, GV_SQRT(GV_MAX(GV_SUB(one, GV_MUL(cosine, cosine)), GV_SET(1e-12f))));
+    return GV_MUL(GV_SUB(cosine, tangent), a->inv_scale);
+}
+
+/* A column at distance t = 1 / inv, and the height difference `gap` (perspective: relative) that a surface makes from the one before; its front rises by `rise` and
+ * occludes up to `least`. Raises the horizon where it joins it. Returns the pixels for which it hangs free above, as the
+ * interval [l, u]. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_visit_column)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                           const GTAOI_ARCS *a, int side, GTAOI_COLUMN *before, GV *horizon, GV w,
+                                           GV w_back, GV gap, GV inv, GV base, GV rise, GV least, GM wanted, GV *low,
+                                           GV *high, int orthographic, int bounded, int ring, int clip) {
+    GTAOI_NO_CONTRACT
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    GV back = GV_SUB(GV_MUL(w_back, inv), base), l, u, rho = one, reach = one;
+    GM joined, connected, fading = GV_LT(one, zero);
+    /* A surface that goes on from the column before covers what lies between. The height of sky is negative: it never
+     * does. Rises below zero do not count. */
+    if (!orthographic)
+        gap = GV_MUL(gap, GV_MIN(w, before->w));
+    connected = GV_LE(GV_ABS(GV_SUB(w, before->w)), gap);
+    l = GV_SELECT(connected, GV_MIN(before->front, back), back);
+    u = GV_MAX(least, GV_IF(connected, before->back));
+    before->w = w, before->front = least, before->back = back, before->connected = connected;
+    if (bounded) {
+        GV tangent = side ? GV_SUB(zero, f->kappa_tangent) : f->kappa_tangent, kappa, slope = GV_MUL(w, inv), reach2;
+        if (clip) { /* the column's point nearest to the pixel decides, and only what is within the sphere counts */
+            GV lowest, highest;
+            rise = GV_MIN(GV_MAX(GV_SUB(zero, GV_MUL(tangent, a->inv_scale)), back), rise);
+            slope = GV_ADD(rise, base);
+            if (orthographic) {
+                GV room = GV_MUL(inv, f->reach);
+                room = GV_SQRT(GV_MAX(GV_SUB(GV_MUL(room, room), one), zero));
+                lowest = GV_MUL(GV_SUB(GV_SUB(zero, room), tangent), a->inv_scale);
+                highest = GV_MUL(GV_SUB(room, tangent), a->inv_scale);
+            } else {
+                GV t = GV_DIV(one, inv), tt = GV_MUL(t, t), len2 = GV_MUL(p->len, p->len), br, rr, dot, root;
+                br = GV_MUL(t, GV_MUL(f->along, p->len));
+                if (side)
+                    br = GV_SUB(zero, br);
+                dot = GV_ADD(len2, br);
+                rr = GV_ADD(GV_ADD(dot, br), GV_MUL(tt, f->bb));
+                root = GV_MUL(GV_MUL(tt, len2), GV_SUB(f->bb, GV_MUL(f->along, f->along)));
+                root = GV_SQRT(GV_MAX(GV_SUB(GV_MUL(a->chord, rr), root), zero));
+                lowest = GV_SUB(GV_MUL(GV_MUL(GV_SUB(dot, root), a->inv_denominator), inv), base);
+                highest = GV_SUB(GV_MUL(GV_MUL(GV_ADD(dot, root), a->inv_denominator), inv), base);
+                highest = GV_SELECT(GV_LT(zero, a->denominator), highest, u); /* else the eye is within the sphere */
+            }
+            l = GV_MAX(lowest, l), u = GV_MIN(highest, u);
+        }
+        kappa = GV_ADD(GV_MUL(rise, f->kappa_scale), tangent);
+        rho = GV_ADD(GV_MUL(kappa, kappa), one);
+        reach = GV_MUL(orthographic ? inv : slope, f->reach);
+        reach2 = GV_MUL(reach, reach);
+        if (ring) {
+            GV highest = GV_MAX(u, rise); /* as in the height field, where `least` does not bound what fades */
+            GM inside = GV_LE(rho, GV_MUL(reach2, GV_SET(c->inner2)));
+            fading = GM_ANDNOT(GM_AND(wanted, GV_LT(rho, reach2)), inside);
+            wanted = GM_OR(GM_AND(wanted, inside), fading);
+            fading = GM_AND(fading, GV_LT(*horizon, highest));
+            if (GM_ANY(fading))
+                u = GV_SELECT(fading, GTAOI_NAME(gtaoi_fade_interval)(c, a, f, side, l, highest, rho, reach), u);
+        } else {
+            wanted = GM_AND(wanted, GV_LE(rho, reach2));
+        }
+    }
+    wanted = GM_AND(wanted, GV_LT(*horizon, u));
+    *low = l, *high = u;
+    if (!GM_ANY(wanted)) /* mostly */
+        return wanted;
+    joined = GM_AND(wanted, GV_LE(l, *horizon));
+    *horizon = GV_SELECT(joined, u, *horizon);
+    return GM_ANDNOT(wanted, joined);
+}
+
+/* The sectors between l and u. A sample stands for the stretch of the slice between it and its neighbours: a column that
+ * hangs free is as wide, `half` (half the distance to the sample before, in units of t) to both sides but where a surface
+ * goes on. The rise at the ends of that stretch is that of the same height above the tangent plane. */
+GTAOI_FI GI GTAOI_NAME(gtaoi_hang)(const GTAOI_ARCS *a, const GTAOI_COLUMN *column, GI mask, GM hangs, GV l, GV u,
+                                   GV half) {
+    GTAOI_NO_CONTRACT
+    const GV one = GV_SET(1.0f);
+    GV il = GTAOI_NAME(gtaoi_sector)(a, GV_DIV(l, GV_ADD(one, half)));
+    GV iu = GTAOI_NAME(gtaoi_sector)(a, GV_DIV(u, GV_SELECT(column->connected, one, GV_SUB(one, half))));
+    il = GTAOI_NAME(gtaoi_nearest)(il), iu = GTAOI_NAME(gtaoi_nearest)(iu);
+    return GI_OR(mask, GI_IF(hangs, GI_ANDNOT(GI_FROM(il), GI_FROM(iu))));
+}
+
+/* Back height between two pixels: as the front's, gtaoi_between. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_between_backs)(const gtao_context *c, GV a, GV b, GV a_back, GV b_back, GV fraction,
+                                            GV across, int orthographic) {
+    GTAOI_NO_CONTRACT
+    GV limit = GV_SET(c->same_surface), nearest;
+    GM near_a = GV_LT(fraction, GV_SET(0.5f));
+    nearest = GV_ADD(GV_SELECT(near_a, a_back, b_back),
+                     GV_MUL(GV_SUB(fraction, GV_SELECT(near_a, GV_SET(0.0f), GV_SET(1.0f))), across));
+    if (!orthographic)
+        limit = GV_MUL(limit, GV_MIN(GV_ABS(a), GV_ABS(b)));
+    return GV_SELECT(GV_LE(GV_ABS(GV_SUB(b, a)), limit), GV_ADD(a_back, GV_MUL(fraction, GV_SUB(b_back, a_back))),
+                     nearest);
+}
+
+/* A column of the table on one side. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_take_column)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                          const GTAOI_ARCS *a, int side, GTAOI_COLUMN *before, GV *horizon,
+                                          const float *at, const gtaoi_sample *q, const gtaoi_taps *near_taps, GV inv,
+                                          GV base, GV tangent, GV across, GV gap, GM wanted, GV *l, GV *u,
+                                          int orthographic, int bounded, int ring, int taps, int clip) {
+    GTAOI_NO_CONTRACT
+    const float *backs = at + c->plane;
+    GV w, w_back = GV_LOAD(backs + q->offset[side]), least, rise;
+    rise = GTAOI_NAME(gtaoi_take)(c, p, side, at, q, near_taps, inv, base, tangent, across, &w, &least, orthographic,
+                                  taps);
+    if (taps)
+        w_back = GTAOI_NAME(gtaoi_between_backs)(c, GV_LOAD(at + q->offset[side]), GV_LOAD(at + q->offset[side + 2]),
+                                                 w_back, GV_LOAD(backs + q->offset[side + 2]), GV_SET(q->ux),
+                                                 side ? GV_SUB(GV_SET(0.0f), across) : across, orthographic);
+    base = side ? GV_SUB(base, tangent) : GV_ADD(base, tangent);
+    return GTAOI_NAME(gtaoi_visit_column)(c, p, f, a, side, before, horizon, w, w_back, gap, inv, base, rise, least,
+                                          wanted, l, u, orthographic, bounded, ring, clip);
+}
+
+/* Where a march stands on both sides; it may be interrupted. */
+typedef struct GTAOI_WALK {
+    GTAOI_COLUMN column[2];
+    float t;
+} GTAOI_WALK;
+
+/* Samples number j to n0 - 1 on the + side and to n1 - 1 on the - side, of which `q` is the first; a lane has the first
+ * `count` of the list. `at` is the group's first pixel in the layer's heights. */
+GTAOI_FI void GTAOI_NAME(gtaoi_march_columns)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                              GTAOI_HORIZONS *s, GTAOI_ARCS *a, GTAOI_WALK *walk, const float *at,
+                                              const gtaoi_sample *q, const gtaoi_taps *near_taps, int j, int n0, int n1,
+                                              GV count, int orthographic, int bounded, int ring, int taps, int clip) {
+    GTAOI_NO_CONTRACT
+    GTAOI_COLUMN column_a = walk->column[0], column_b = walk->column[1];
+    GV horizon_a = s->rise[0], horizon_b = s->rise[1], la, ua, lb, ub;
+    GV across = GV_SELECT(GV_LE(GV_ABS(f->dy), GV_ABS(f->dx)), p->gy, p->gx);
+    GV tangent = GV_ADD(GV_MUL(p->gx, f->dx), GV_MUL(p->gy, f->dy));
+    GM hangs_a, hangs_b, wanted = GV_LT(GV_SET(0.0f), count), none = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
+    GI mask_a = a->mask[0], mask_b = a->mask[1];
+    float before = walk->t;
+    for (; j < n0 || j < n1; j++, q++) {
+        GV inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv), gap;
+        const gtaoi_taps *near_j = taps && j < GTAOI_NEAR ? near_taps + j : 0;
+        float t = 1.0f / q->inv_length, spacing;
+        spacing = t - before, before = t;
+        gap = GV_SET(spacing * c->connect);
+        if (taps) /* otherwise a lane has all or none */
+            wanted = GV_LT(GV_SET((float)j), count);
+        else
+            tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
+        hangs_a = hangs_b = none;
+        la = ua = lb = ub = gap;
+        if (j < n0)
+            hangs_a =
+                GTAOI_NAME(gtaoi_take_column)(c, p, f, a, 0, &column_a, &horizon_a, at, q, near_j, inv, base, tangent,
+                                              across, gap, wanted, &la, &ua, orthographic, bounded, ring, taps, clip);
+        if (j < n1)
+            hangs_b =
+                GTAOI_NAME(gtaoi_take_column)(c, p, f, a, 1, &column_b, &horizon_b, at, q, near_j, inv, base, tangent,
+                                              across, gap, wanted, &lb, &ub, orthographic, bounded, ring, taps, clip);
+        if (GM_ANY(GM_OR(hangs_a, hangs_b))) {
+            GV half = GV_SET(0.5f * spacing * q->inv_length);
+            mask_a = GTAOI_NAME(gtaoi_hang)(a, &column_a, mask_a, hangs_a, la, ua, half);
+            mask_b = GTAOI_NAME(gtaoi_hang)(a, &column_b, mask_b, hangs_b, lb, ub, half);
+        }
+    }
+    s->rise[0] = horizon_a, s->rise[1] = horizon_b;
+    a->mask[0] = mask_a, a->mask[1] = mask_b;
+    walk->column[0] = column_a, walk->column[1] = column_b, walk->t = before;
+}
+
+/* The variant for this call; all conditions are constants in the loop of the first. */
+GTAOI_FN void GTAOI_NAME(gtaoi_search_columns)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                               GTAOI_HORIZONS *s, GTAOI_ARCS *a, GTAOI_WALK *walk, const float *at,
+                                               const gtaoi_sample *q, const gtaoi_taps *near_taps, int j, int n0,
+                                               int n1, GV count, int clip) {
+    int ring = c->inv_falloff > 0.0f;
+    if (!c->orthographic && c->bounded && !ring && !c->every_pixel && !clip)
+        GTAOI_NAME(gtaoi_march_columns)(c, p, f, s, a, walk, at, q, near_taps, j, n0, n1, count, 0, 1, 0, 0, 0);
+    else
+        GTAOI_NAME(gtaoi_march_columns)
+    (c, p, f, s, a, walk, at, q, near_taps, j, n0, n1, count, c->orthographic, c->bounded, ring, c->every_pixel, clip);
+}
+
+GTAOI_FI void GTAOI_NAME(gtaoi_begin_walk)(const GTAOI_PIXEL *p, int layer, GTAOI_WALK *walk) {
+    GTAOI_COLUMN *column = walk->column;
+    column->w = layer == 0 ? p->w0 : GV_SET(GTAOI_SKY); /* the pixel itself is on the first layer */
+    column->front = column->back = GV_SET(0.0f);
+    column->connected = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
+    column[1] = column[0];
+    walk->t = 0.0f;
+}
+
+/* One list of samples, all layers and both sides. */
+GTAOI_FN void GTAOI_NAME(gtaoi_search_layers)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                              GTAOI_HORIZONS *s, GTAOI_ARCS *a, const float *at, int index,
+                                              const gtaoi_sample *q, int n, GV count, int x, int y) {
+    const gtaoi_taps *near_taps = c->taps + index * GTAOI_NEAR;
+    int x1 = x + (GTAOI_W - 1) * c->period, n0 = n, n1 = n, layer, begin, m;
+    int moves = !gtaoi_interior(c, q + n - 1, x, x1, y);
+    if (moves && c->d.border == GTAO_BORDER_OPEN) {
+        n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
+        moves = 0;
+    }
+    for (layer = 0; layer < c->layer_count; layer++) {
+        const float *from = at + 2 * layer * c->plane;
+        int clip = c->layer[layer].back && c->bounded;
+        GTAOI_WALK walk;
+        GTAOI_NAME(gtaoi_begin_walk)(p, layer, &walk);
+        if (!moves)
+            GTAOI_NAME(gtaoi_search_columns)(c, p, f, s, a, &walk, from, q, near_taps, 0, n0, n1, count, clip);
+        for (begin = 0; moves && begin < n; begin += m) {
+            gtaoi_sample moved[GTAOI_CHUNK];
+            m = gtaoi_imin(n - begin, GTAOI_CHUNK);
+            gtaoi_remap(c, q + begin, m, x, y, c->slice[index].x_major == 0, moved);
+            GTAOI_NAME(gtaoi_search_columns)
+            (c, p, f, s, a, &walk, from, moved, near_taps, begin, begin + m, begin + m, count, clip);
+        }
+    }
+}
+
+/* What hangs free but touches the horizon raises it; what lies below it is forgotten. */
+GTAOI_FN void GTAOI_NAME(gtaoi_absorb)(GTAOI_HORIZONS *s, GTAOI_ARCS *a) {
+    GTAOI_NO_CONTRACT
+    int side;
+    for (side = 0; side < 2; side++) {
+        GI mask = a->mask[side], from, here, ends, after;
+        GV i, top;
+        if (GM_BITS(GI_IS_ZERO(mask)) == GTAOI_ALL)
+            continue;
+        i = GTAOI_NAME(gtaoi_floor)(GTAOI_NAME(gtaoi_sector)(a, s->rise[side]));
+        i = GV_MIN(GV_MAX(i, GV_SET(0.0f)), GV_SET((float)(GTAOI_SECTORS - 1)));
+        from = GI_FROM(i);
+        mask = GI_AND(mask, from);
+        here = GI_AND(mask, GI_ANDNOT(from, GI_FROM(GV_ADD(i, GV_SET(1.0f)))));
+        ends = GI_ADD(mask, here); /* carries through the run of set bits that starts in the horizon's sector */
+        after = GI_ANDNOT(ends, mask);
+        i = GV_SELECT(GI_IS_ZERO(after), GV_SET((float)GTAOI_SECTORS), GI_INDEX(after));
+        top = GTAOI_NAME(gtaoi_border)(a, i);
+        s->rise[side] = GV_SELECT(GI_IS_ZERO(here), s->rise[side], GV_MAX(s->rise[side], top));
+        a->mask[side] = GI_SELECT(GI_IS_ZERO(here), mask, GI_AND(mask, ends));
+    }
+}
+
+/* One slice of a group whose lanes share directions: lanes by radius class. */
+GTAOI_FN void GTAOI_NAME(gtaoi_arcs_table)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                           GTAOI_HORIZONS *s, GTAOI_ARCS *a, const float *at, int index, GM active,
+                                           int x, int y, gtao_stats *stats) {
+    const int *count = c->count + (size_t)index * (size_t)c->classes;
+    const gtaoi_sample *q = c->sample + (size_t)index * (size_t)c->max_steps;
+    float keys[GTAOI_W], counts[GTAOI_W];
+    int i, n, layers = c->layer_count;
+    GV_STORE(keys, p->key);
+    if (c->every_pixel) { /* one list, of which each lane has its part */
+        for (n = 0, i = 0; i < GTAOI_W; i++) {
+            int own = GM_BITS(active) >> i & 1 ? count[gtaoi_class(c, keys[i])] : 0;
+            counts[i] = (float)own, n = gtaoi_imax(n, own);
+            stats->samples += (uint64_t)(2 * own * layers);
+        }
+        if (n > 0)
+            GTAOI_NAME(gtaoi_search_layers)(c, p, f, s, a, at, index, q, n, GV_LOAD(counts), x, y);
+        active = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
+    }
+    while (GM_ANY(active)) {
+        int first = GTAOI_NAME(gtaoi_first)(GM_BITS(active)), k = gtaoi_class(c, keys[first]);
+        GM lanes = GM_AND(active, GV_EQ(p->key, GV_SET(keys[first])));
+        n = count[k];
+        q = c->sample + ((size_t)index * (size_t)c->classes + (size_t)k) * (size_t)c->max_steps;
+        stats->samples += (uint64_t)(2 * n * layers * gtaoi_popcount(GM_BITS(lanes)));
+        GTAOI_NAME(gtaoi_search_layers)(c, p, f, s, a, at, index, q, n, GV_IF(lanes, GV_SET((float)n)), x, y);
+        active = GM_ANDNOT(active, lanes);
+    }
+    GTAOI_NAME(gtaoi_absorb)(s, a);
+}
+
+/* One slice of a group with a direction and an offset for each pixel. */
+GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                           GTAOI_HORIZONS *s, GTAOI_ARCS *a, GM active, gtao_stats *stats) {
+    GTAOI_NO_CONTRACT
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(1e6f);
+    GV unit = GV_MAX(GV_ABS(f->dx), GV_ABS(f->dy)), radius, steps = GV_SET((float)c->max_steps);
+    GM along_x = GV_LE(GV_ABS(f->dy), GV_ABS(f->dx));
+    float level[GTAOI_W], position[GTAOI_W];
+    int i, j, layer, side, n = c->max_steps, taps = c->every_pixel, ring = c->inv_falloff > 0.0f;
+    radius = GV_MIN(GV_MAX(GV_DIV(p->extent, GV_SQRT(f->bb)), one), GV_SET(c->max_radius));
+    GV_STORE(level, p->offset);
+    if (taps)
+        steps = GV_MAX(GTAOI_NAME(gtaoi_floor)(GV_MUL(radius, unit)), one);
+    steps = GV_IF(active, GV_MIN(steps, limit));
+    GV_STORE(position, steps);
+    for (n = 0, i = 0; i < GTAOI_W; i++) {
+        n = gtaoi_imax(n, (int)position[i]);
+        stats->samples += (uint64_t)(2 * (int)position[i] * c->layer_count);
+    }
+    for (layer = 0; layer < c->layer_count; layer++) {
+        const float *plane = c->w + 2 * layer * c->plane, *backs = plane + c->plane;
+        int clip = c->layer[layer].back && c->bounded;
+        GTAOI_WALK walk;
+        GV before = zero;
+        GTAOI_NAME(gtaoi_begin_walk)(p, layer, &walk);
+        for (j = 0; j < n; j++) {
+            GV qx, qy, inv, t, gap, half, fraction = zero, l, u;
+            if (taps) {
+                GV px, py;
+                t = GV_DIV(GV_SET((float)(j + 1)), unit), px = GV_MUL(t, f->dx), py = GV_MUL(t, f->dy);
+                qx = GV_SELECT(along_x, GTAOI_NAME(gtaoi_nearest)(px), GTAOI_NAME(gtaoi_floor)(px));
+                qy = GV_SELECT(along_x, GTAOI_NAME(gtaoi_floor)(py), GTAOI_NAME(gtaoi_nearest)(py));
+                fraction = GV_SELECT(along_x, GV_SUB(py, qy), GV_SUB(px, qx));
+            } else {
+                for (i = 0; i < GTAOI_W; i++)
+                    position[i] = c->step[64 * j + (int)level[i]];
+                t = GV_ADD(one, GV_MUL(GV_SUB(radius, one), GV_LOAD(position)));
+                qx = GTAOI_NAME(gtaoi_nearest)(GV_MUL(t, f->dx));
+                qy = GTAOI_NAME(gtaoi_nearest)(GV_MUL(t, f->dy));
+                t = GV_SQRT(GV_ADD(GV_MUL(qx, qx), GV_MUL(qy, qy)));
+            }
+            inv = GV_DIV(one, t);
+            gap = GV_MUL(GV_SUB(t, before), GV_SET(c->connect));
+            half = GV_MUL(GV_MUL(GV_SET(0.5f), GV_SUB(t, before)), inv);
+            before = t;
+            for (side = 0; side < 2; side++) {
+                GV x = side ? GV_SUB(p->x, qx) : GV_ADD(p->x, qx), y = side ? GV_SUB(p->y, qy) : GV_ADD(p->y, qy);
+                GV w = GTAOI_NAME(gtaoi_fetch)(c, plane, x, y), w_back = GTAOI_NAME(gtaoi_fetch)(c, backs, x, y);
+                GV ux = GV_MUL(qx, inv), uy = GV_MUL(qy, inv), base, rise, least, w_a = w, w_b = w, bx = x, by = y;
+                GM hangs;
+                if (taps) {
+                    GV step = side ? GV_SET(-1.0f) : one, across = GV_MUL(step, GV_SELECT(along_x, p->gy, p->gx));
+                    bx = GV_SELECT(along_x, x, GV_ADD(x, step)), by = GV_SELECT(along_x, GV_ADD(y, step), y);
+                    w_b = GTAOI_NAME(gtaoi_fetch)(c, plane, bx, by);
+                    w = GTAOI_NAME(gtaoi_between)(c, w_a, w_b, fraction, across, c->orthographic);
+                    w_back =
+                        GTAOI_NAME(gtaoi_between_backs)(c, w_a, w_b, w_back, GTAOI_NAME(gtaoi_fetch)(c, backs, bx, by),
+                                                        fraction, across, c->orthographic);
+                    ux = f->dx, uy = f->dy;
+                }
+                base = GV_ADD(GV_MUL(p->gx, ux), GV_MUL(p->gy, uy));
+                base = side ? GV_SUB(GV_MUL(p->w0, inv), base) : GV_ADD(GV_MUL(p->w0, inv), base);
+                rise = least = GV_SUB(GV_MUL(w, inv), base);
+                if (taps && j < GTAOI_NEAR)
+                    least = GV_MIN(rise, GV_MAX(GTAOI_NAME(gtaoi_own_rise)(p, x, y, w_a),
+                                                GTAOI_NAME(gtaoi_own_rise)(p, bx, by, w_b)));
+                hangs = GTAOI_NAME(gtaoi_visit_column)(c, p, f, a, side, &walk.column[side], &s->rise[side], w, w_back,
+                                                       gap, inv, base, rise, least, GV_LT(GV_SET((float)j), steps), &l,
+                                                       &u, c->orthographic, c->bounded, ring, clip);
+                if (GM_ANY(hangs))
+                    a->mask[side] = GTAOI_NAME(gtaoi_hang)(a, &walk.column[side], a->mask[side], hangs, l, u, half);
+            }
+        }
+    }
+    GTAOI_NAME(gtaoi_absorb)(s, a);
 }
 
 /* ---- integrate -------------------------------------------------------------------------------------------------- */
@@ -3229,6 +4266,232 @@ GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const GTAOI_PIX
     sum->open = GV_ADD(sum->open, GV_MUL(weight, open));
     sum->jacobian_open = GV_ADD(sum->jacobian_open, GV_MUL(jacobian, open));
     sum->occluded = GM_OR(sum->occluded, occluded);
+}
+
+/* ---- spherical harmonics ----------------------------------------------------------------------------------------- */
+
+/* Sums of second moments over the slices of a pixel, for spherical harmonics: of what a slice lacks to the open one. */
+#define GTAOI_MOMENTS GTAOI_NAME(gtaoi_moments)
+typedef struct GTAOI_MOMENTS {
+    GV lost;                   /* sum J (open - a) */
+    GV vv, xv, yv, xx, xy, yy; /* sum J (M_open - M) along v v, q v and q q, q = b / |b_perp|; o is linear in q */
+} GTAOI_MOMENTS;
+
+/* M = M_oo o o^T + M_ov (o v^T + v o^T) + M_vv v v^T = int V (np.w) w w^T |sin|, in the terms of gtaoi_integrate,
+ * D = h1 - h0 - s1 c1 + s0 c0 and E = D + 2 (s1^3 c1 - s0^3 c0):
+ *   M_vv = (2 - c1^4 - c0^4) n.v / 4 + E n.o / 8,   M_ov = E n.v / 8 + (s1^4 + s0^4) n.o / 4,   M_oo = a - M_vv
+ * and uniformly weighted M_vv = (2 - c1^3 - c0^3) / 3, M_ov = (s1^3 - s0^3) / 3. Open: s = cos n, c = -+ sin n. */
+GTAOI_FI void GTAOI_NAME(gtaoi_lose)(const GTAOI_FRAME *f, GM where, GV lost, GV vv, GV ov, GTAOI_MOMENTS *sum) {
+    GTAOI_NO_CONTRACT
+    GV jacobian = GV_MUL(f->inv_perp, f->inv_perp), qx = GV_MUL(f->bx, f->inv_perp), qy = GV_MUL(f->by, f->inv_perp);
+    GV oo = GV_IF(where, GV_MUL(jacobian, GV_SUB(lost, vv))); /* masked last: the factors may overflow */
+    ov = GV_IF(where, GV_MUL(jacobian, ov));
+    sum->lost = GV_ADD(sum->lost, GV_IF(where, GV_MUL(jacobian, lost)));
+    sum->vv = GV_ADD(sum->vv, GV_IF(where, GV_MUL(jacobian, vv)));
+    sum->xv = GV_ADD(sum->xv, GV_IF(where, GV_MUL(ov, qx)));
+    sum->yv = GV_ADD(sum->yv, GV_IF(where, GV_MUL(ov, qy)));
+    sum->xx = GV_ADD(sum->xx, GV_IF(where, GV_MUL(GV_MUL(oo, qx), qx)));
+    sum->xy = GV_ADD(sum->xy, GV_IF(where, GV_MUL(GV_MUL(oo, qx), qy)));
+    sum->yy = GV_ADD(sum->yy, GV_IF(where, GV_MUL(GV_MUL(oo, qy), qy)));
+}
+
+GTAOI_FN void GTAOI_NAME(gtaoi_integrate_sh)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                             const GTAOI_HORIZONS *s, GTAOI_MOMENTS *sum) {
+    GTAOI_NO_CONTRACT
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), two = GV_SET(2.0f), quarter = GV_SET(0.25f);
+    GM occluded = GV_LT(one, zero);
+    GV k1 = GTAOI_NAME(gtaoi_kappa)(c, f, s, 0, &occluded), k0 = GTAOI_NAME(gtaoi_kappa)(c, f, s, 1, &occluded);
+    GV ss1, ss0, cc1, cc0, lost, vv, ov;
+    if (!GM_ANY(occluded))
+        return;
+    ss1 = GV_DIV(one, GV_ADD(one, GV_MUL(k1, k1))), ss0 = GV_DIV(one, GV_ADD(one, GV_MUL(k0, k0)));
+    cc1 = GV_MUL(GV_MUL(k1, k1), ss1), cc0 = GV_MUL(GV_MUL(k0, k0), ss0);
+    if (c->d.weighting == GTAO_WEIGHTING_UNIFORM) {
+        GV s1 = GV_SQRT(ss1), s0 = GV_SQRT(ss0), c1 = GV_MUL(k1, s1), c0 = GV_MUL(k0, s0), third = GV_SET(1.0f / 3.0f);
+        lost = GV_ADD(c1, c0);
+        vv = GV_MUL(third, GV_ADD(GV_MUL(c1, cc1), GV_MUL(c0, cc0)));
+        ov = GV_MUL(third, GV_SUB(GV_MUL(s0, ss0), GV_MUL(s1, ss1)));
+    } else { /* open - occluded of D, E / 8, s^2 and s^4; t = tan n, sc = sin n cos n, cc = cos^2 n */
+        GV t = GV_SUB(zero, f->kappa_tangent), cc = GV_DIV(one, GV_ADD(one, GV_MUL(t, t))), sc = GV_MUL(t, cc);
+        GV sc1 = GV_MUL(k1, ss1), sc0 = GV_MUL(k0, ss0), d, e, s2, s4, c4, tsc = GV_MUL(t, sc);
+        d = GTAOI_NAME(gtaoi_atan2)(GV_SUB(k0, k1), GV_ADD(one, GV_MUL(k0, k1)));
+        d = GV_SUB(GV_MUL(two, GV_ADD(f->n, sc)), GV_ADD(GV_SUB(d, sc1), sc0));
+        e = GV_ADD(GV_MUL(two, GV_MUL(sc, cc)), GV_SUB(GV_MUL(sc1, ss1), GV_MUL(sc0, ss0)));
+        e = GV_MUL(GV_SET(0.125f), GV_SUB(d, GV_MUL(two, e)));
+        s2 = GV_SUB(GV_MUL(two, cc), GV_ADD(ss1, ss0));
+        s4 = GV_SUB(GV_MUL(two, GV_MUL(cc, cc)), GV_ADD(GV_MUL(ss1, ss1), GV_MUL(ss0, ss0)));
+        c4 = GV_SUB(GV_ADD(GV_MUL(cc1, cc1), GV_MUL(cc0, cc0)), GV_MUL(two, GV_MUL(tsc, tsc)));
+        lost = GV_MUL(GV_SET(0.5f), GV_ADD(GV_MUL(s2, p->nv), GV_MUL(d, f->no)));
+        vv = GV_ADD(GV_MUL(GV_MUL(quarter, c4), p->nv), GV_MUL(e, f->no));
+        ov = GV_ADD(GV_MUL(e, p->nv), GV_MUL(GV_MUL(quarter, s4), f->no));
+    }
+    GTAOI_NAME(gtaoi_lose)(f, occluded, lost, vv, ov, sum);
+}
+
+/* The same of what hangs free above a horizon, between cot h = k0 and k1 > k0 on the side of `sign`. */
+GTAOI_FN void GTAOI_NAME(gtaoi_integrate_sh_arc)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                                 GM here, GV sign, GV k0, GV k1, GTAOI_MOMENTS *sum) {
+    GTAOI_NO_CONTRACT
+    const GV one = GV_SET(1.0f), quarter = GV_SET(0.25f), third = GV_SET(1.0f / 3.0f), no = GV_MUL(sign, f->no);
+    GV ss1 = GV_DIV(one, GV_ADD(one, GV_MUL(k1, k1))), ss0 = GV_DIV(one, GV_ADD(one, GV_MUL(k0, k0)));
+    GV cc1 = GV_MUL(GV_MUL(k1, k1), ss1), cc0 = GV_MUL(GV_MUL(k0, k0), ss0), lost, vv, ov;
+    if (c->d.weighting == GTAO_WEIGHTING_UNIFORM) {
+        GV s1 = GV_SQRT(ss1), s0 = GV_SQRT(ss0), c1 = GV_MUL(k1, s1), c0 = GV_MUL(k0, s0);
+        lost = GV_SUB(c1, c0);
+        vv = GV_MUL(third, GV_SUB(GV_MUL(c1, cc1), GV_MUL(c0, cc0)));
+        ov = GV_MUL(third, GV_SUB(GV_MUL(s0, ss0), GV_MUL(s1, ss1)));
+    } else {
+        GV sc1 = GV_MUL(k1, ss1), sc0 = GV_MUL(k0, ss0), d, e;
+        d = GTAOI_NAME(gtaoi_atan2)(GV_SUB(k1, k0), GV_ADD(one, GV_MUL(k0, k1)));
+        d = GV_ADD(GV_SUB(d, sc0), sc1);
+        e = GV_SUB(GV_MUL(sc0, ss0), GV_MUL(sc1, ss1));
+        e = GV_MUL(GV_SET(0.125f), GV_ADD(d, GV_ADD(e, e)));
+        lost = GV_MUL(GV_SET(0.5f), GV_ADD(GV_MUL(GV_SUB(ss0, ss1), p->nv), GV_MUL(d, no)));
+        vv = GV_MUL(quarter, GV_SUB(GV_MUL(cc1, cc1), GV_MUL(cc0, cc0)));
+        vv = GV_ADD(GV_MUL(vv, p->nv), GV_MUL(e, no));
+        ov = GV_MUL(quarter, GV_SUB(GV_MUL(ss0, ss0), GV_MUL(ss1, ss1)));
+        ov = GV_ADD(GV_MUL(e, p->nv), GV_MUL(ov, no));
+    }
+    GTAOI_NAME(gtaoi_lose)(f, here, lost, vv, GV_MUL(sign, ov), sum);
+}
+
+/* The sums of a pixel to its coefficients. p->n is still the normal. */
+GTAOI_FN void GTAOI_NAME(gtaoi_finish_sh)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_SUM *sum,
+                                          const GTAOI_MOMENTS *m, GM active, GV sh[9]) {
+    GTAOI_NO_CONTRACT
+    static const int rows[6] = {0, 1, 2, 0, 1, 0}, columns[6] = {0, 1, 2, 1, 2, 2}; /* xx, yy, zz, xy, yz, xz */
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    const int cosine = c->d.weighting == GTAO_WEIGHTING_COSINE;
+    GV scale = GV_DIV(one, sum->jacobian_open), along = GV_MUL(sum->bv, p->inv_len), n[3], r[3], e[3][3], s[3][3];
+    GV lost[10], value[10], size = zero; /* moments: w, then 1, then w w^T */
+    GM good;
+    int i, j;
+    n[0] = p->nx, n[1] = p->ny, n[2] = p->nz;
+    r[0] = GV_MUL(p->rx, p->inv_len), r[1] = GV_MUL(p->ry, p->inv_len), r[2] = p->inv_len;
+    lost[0] = GV_SUB(sum->bx, GV_MUL(along, p->rx)), lost[1] = GV_SUB(sum->by, GV_MUL(along, p->ry));
+    lost[2] = GV_SUB(sum->bz, along), lost[3] = m->lost;
+    for (i = 0; i < 3; i++) { /* o = qx e0 + qy e1, v = e2; e0 = x - (x.r) r, r = r0 / |r0| */
+        e[0][i] = GV_SUB(i == 0 ? one : zero, GV_MUL(r[0], r[i]));
+        e[1][i] = GV_SUB(i == 1 ? one : zero, GV_MUL(r[1], r[i]));
+        e[2][i] = GV_SUB(zero, r[i]);
+        s[0][i] = GV_ADD(GV_ADD(GV_MUL(m->xx, e[0][i]), GV_MUL(m->xy, e[1][i])), GV_MUL(m->xv, e[2][i]));
+        s[1][i] = GV_ADD(GV_ADD(GV_MUL(m->xy, e[0][i]), GV_MUL(m->yy, e[1][i])), GV_MUL(m->yv, e[2][i]));
+        s[2][i] = GV_ADD(GV_ADD(GV_MUL(m->xv, e[0][i]), GV_MUL(m->yv, e[1][i])), GV_MUL(m->vv, e[2][i]));
+    }
+    for (i = 0; i < 6; i++)
+        lost[4 + i] = GV_ADD(GV_ADD(GV_MUL(e[0][rows[i]], s[0][columns[i]]), GV_MUL(e[1][rows[i]], s[1][columns[i]])),
+                             GV_MUL(e[2][rows[i]], s[2][columns[i]]));
+    for (i = 0; i < 10; i++) {
+        lost[i] = GV_MUL(scale, lost[i]);
+        size = GV_ADD(size, GV_ABS(lost[i]));
+    }
+    /* What is open has 1, 2/3 n, (I + n n^T) / 4, or uniformly 1, n / 2, I / 3; not finite: as if open. */
+    good = GM_AND(GM_AND(active, sum->occluded), GV_LE(size, GV_SET(FLT_MAX)));
+    for (i = 0; i < 10; i++) {
+        j = i - 4;
+        value[i] = i < 3 ? GV_MUL(GV_SET(cosine ? 2.0f / 3.0f : 0.5f), n[i]) : GV_SET(i < 7 ? 1.0f / 3.0f : 0.0f);
+        if (i == 3)
+            value[i] = one;
+        if (i > 3 && cosine)
+            value[i] = GV_MUL(GV_SET(0.25f), GV_ADD(GV_MUL(n[rows[j]], n[columns[j]]), i < 7 ? one : zero));
+        value[i] = GV_SUB(value[i], GV_IF(good, lost[i]));
+    }
+    for (i = 0; i < 10; i++) /* no moment is larger than 1 */
+        value[i] = GV_MAX(GV_MIN(value[i], one), i == 3 ? zero : GV_SET(-1.0f));
+    sh[0] = GV_MUL(GV_SET(GTAOI_SH0), value[3]);
+    sh[1] = GV_MUL(GV_SET(GTAOI_SH1), value[1]);
+    sh[2] = GV_MUL(GV_SET(GTAOI_SH1), value[2]);
+    sh[3] = GV_MUL(GV_SET(GTAOI_SH1), value[0]);
+    sh[4] = GV_MUL(GV_SET(GTAOI_SH2), value[7]);
+    sh[5] = GV_MUL(GV_SET(GTAOI_SH2), value[8]);
+    sh[6] = GV_MUL(GV_SET(GTAOI_SH20), GV_SUB(GV_MUL(GV_SET(3.0f), value[6]), value[3]));
+    sh[7] = GV_MUL(GV_SET(GTAOI_SH2), value[9]);
+    sh[8] = GV_MUL(GV_SET(0.5f * GTAOI_SH2), GV_SUB(value[4], value[5]));
+}
+
+/* The coefficients of a block of pixels, as in gtaoi_visibility, to the caller's planes. */
+GTAOI_FN void GTAOI_NAME(gtaoi_store_sh)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_SUM *sum,
+                                         const GTAOI_MOMENTS *m, const GM *active, int groups, int x, int y,
+                                         int count) {
+    float image[4 * GTAOI_W];
+    GV sh[4][9], plane[4];
+    int i, g;
+    for (g = 0; g < groups; g++)
+        GTAOI_NAME(gtaoi_finish_sh)(c, p + g, sum + g, m + g, active[g], sh[g]);
+    for (i = 0; i < gtaoi_sh_count(&c->o); i++) {
+        char *row = (char *)c->o.sh + (ptrdiff_t)i * c->o.sh_plane_stride + (ptrdiff_t)y * c->o.sh_stride;
+        for (g = 0; g < groups; g++) {
+            plane[g] = sh[g][i];
+            if (c->period != 4)
+                GV_STORE(image + g * GTAOI_W, plane[g]);
+        }
+        if (c->period == 4)
+            GTAOI_NAME(gtaoi_store4)(image, 4, plane);
+        memcpy(row + (ptrdiff_t)x * 4, image, (size_t)count * 4);
+    }
+}
+
+/* Takes what hangs free above the horizons off the sums: run by run of the masks, each an interval [k0, k1] of cot h on
+ * one side, with the formulas of gtaoi_integrate for two horizons on that side. */
+GTAOI_FN void GTAOI_NAME(gtaoi_integrate_arcs)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                               const GTAOI_ARCS *a, GTAOI_SUM *sum, GTAOI_MOMENTS *moments) {
+    GTAOI_NO_CONTRACT
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), half = GV_SET(0.5f), third = GV_SET(1.0f / 3.0f);
+    const GV limit = GV_SET(GTAOI_KAPPA_LIMIT), jacobian = GV_MUL(f->inv_perp, f->inv_perp);
+    int uniform = c->d.weighting == GTAO_WEIGHTING_UNIFORM;
+    GI mask = a->mask[0], other = a->mask[1];
+    GV sign = one;
+    for (;;) {
+        GM first_done = GI_IS_ZERO(mask), here;
+        GV tangent, no, k0, k1, ss0, ss1, between, arc;
+        GI low, rest, after;
+        mask = GI_SELECT(first_done, other, mask);
+        other = GI_SELECT(first_done, GI_SET(0u), other);
+        sign = GV_SELECT(first_done, GV_SET(-1.0f), sign);
+        here = GI_IS_ZERO(mask);
+        if (GM_BITS(here) == GTAOI_ALL)
+            break;
+        here = GM_ANDNOT(GV_LE(zero, zero), here);
+        low = GI_AND(mask, GI_ADD(GI_ANDNOT(GI_SET(0xffffffffu), mask), GI_SET(1u)));
+        rest = GI_ADD(mask, low);
+        after = GI_ANDNOT(rest, mask);
+        k0 = GTAOI_NAME(gtaoi_border)(a, GI_INDEX(low));
+        k1 = GTAOI_NAME(gtaoi_border)(a, GV_SELECT(GI_IS_ZERO(after), GV_SET((float)GTAOI_SECTORS), GI_INDEX(after)));
+        mask = GI_AND(mask, rest);
+        tangent = GV_MUL(sign, f->kappa_tangent), no = GV_MUL(sign, f->no);
+        k0 = GV_MAX(GV_MIN(GV_ADD(GV_MUL(k0, f->kappa_scale), tangent), limit), GV_SUB(zero, limit));
+        k1 = GV_MAX(GV_MIN(GV_ADD(GV_MUL(k1, f->kappa_scale), tangent), limit), GV_SUB(zero, limit));
+        ss0 = GV_DIV(one, GV_ADD(one, GV_MUL(k0, k0))), ss1 = GV_DIV(one, GV_ADD(one, GV_MUL(k1, k1)));
+        between = zero;
+        if (!uniform || c->bent) {
+            between = GTAOI_NAME(gtaoi_atan2)(GV_SUB(k1, k0), GV_ADD(one, GV_MUL(k0, k1)));
+            between = GV_ADD(GV_SUB(between, GV_MUL(k0, ss0)), GV_MUL(k1, ss1));
+        }
+        arc = GV_MUL(half, GV_ADD(GV_MUL(GV_SUB(ss0, ss1), p->nv), GV_MUL(between, no)));
+        if (uniform || c->bent) {
+            GV s0 = GV_SQRT(ss0), s1 = GV_SQRT(ss1), c0 = GV_MUL(k0, s0), c1 = GV_MUL(k1, s1), to, tv, along;
+            if (uniform) {
+                arc = GV_SUB(c1, c0);
+                to = GV_MUL(half, between), tv = GV_MUL(half, GV_SUB(ss0, ss1));
+            } else {
+                GV ds = GV_MUL(third, GV_SUB(GV_MUL(ss0, s0), GV_MUL(ss1, s1)));
+                GV cc = GV_MUL(third, GV_SUB(GV_MUL(GV_MUL(c1, c1), c1), GV_MUL(GV_MUL(c0, c0), c0)));
+                to = GV_ADD(GV_MUL(ds, p->nv), GV_MUL(GV_SUB(GV_SUB(c1, c0), cc), no));
+                tv = GV_ADD(GV_MUL(cc, p->nv), GV_MUL(ds, no));
+            }
+            to = GV_IF(here, GV_MUL(GV_MUL(to, sign), GV_MUL(jacobian, f->inv_perp)));
+            tv = GV_IF(here, GV_MUL(tv, jacobian));
+            along = GV_MUL(f->along, p->inv_len);
+            sum->bx = GV_ADD(sum->bx, GV_MUL(to, GV_SUB(f->bx, GV_MUL(along, p->rx))));
+            sum->by = GV_ADD(sum->by, GV_MUL(to, GV_SUB(f->by, GV_MUL(along, p->ry))));
+            sum->bz = GV_SUB(sum->bz, GV_MUL(to, along));
+            sum->bv = GV_ADD(sum->bv, tv);
+        }
+        if (moments)
+            GTAOI_NAME(gtaoi_integrate_sh_arc)(c, p, f, here, sign, k0, k1, moments);
+        sum->visible = GV_SUB(sum->visible, GV_IF(here, GV_MUL(jacobian, arc)));
+        sum->occluded = GM_OR(sum->occluded, here);
+    }
 }
 
 /* ---- normals ---------------------------------------------------------------------------------------------------- */
@@ -3553,6 +4816,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
             GV n[12], v[4], b[12], s[16]; /* normals, bent normals: [group][component]; signal: [plane][group] */
             GTAOI_PIXEL pixel[4];
             GTAOI_SUM sum[4];
+            GTAOI_MOMENTS moments[4];
             GM active[4];
             int count = gtaoi_imin(BLOCK, d->width - x0), j, partial = mask || count < BLOCK;
             if (c->frame && gtaoi_at_rest(c->frame, x0 / GTAOI_TILE_W, y / GTAOI_TILE_H, 2)) {
@@ -3588,18 +4852,28 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 sum[g].visible = sum[g].open = sum[g].bx = sum[g].by = sum[g].bz = sum[g].bv = GV_SET(0.0f);
                 sum[g].jacobian_open = GV_SET(0.0f);
                 sum[g].occluded = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
+                if (c->o.sh)
+                    memset(&moments[g], 0, sizeof moments[g]);
                 v[g] = GV_SET(1.0f);
             }
             for (k = 0; any && k < c->slices; k++) {
                 GTAOI_FRAME frame[4];
                 GTAOI_HORIZONS found[4];
+                GTAOI_ARCS arcs[4];
                 int first = (y & (period - 1)) * period * c->slices + k, stride = period == 4 ? c->slices : 0;
                 for (g = 0; g < groups; g++)
                     if (GM_ANY(active[g]))
                         GTAOI_NAME(gtaoi_slice)(c, &pixel[g], c->slice + first + g * stride, k, &frame[g], &found[g]);
                 for (g = 0; g < groups; g++)
                     if (GM_ANY(active[g])) {
-                        if (c->per_pixel_noise)
+                        if (c->arcs) {
+                            GTAOI_NAME(gtaoi_begin_slice_arcs)(c, &pixel[g], &frame[g], k, &arcs[g]);
+                            if (c->per_pixel_noise)
+                                GTAOI_NAME(gtaoi_arcs_noise)
+                            (c, &pixel[g], &frame[g], &found[g], &arcs[g], active[g], stats);
+                            else GTAOI_NAME(gtaoi_arcs_table)(c, &pixel[g], &frame[g], &found[g], &arcs[g], at[g],
+                                                              first + g * stride, active[g], x0 + g * step, y, stats);
+                        } else if (c->per_pixel_noise)
                             GTAOI_NAME(gtaoi_search_noise)(c, &pixel[g], &frame[g], &found[g], active[g], stats);
                         else
                             GTAOI_NAME(gtaoi_search_table)
@@ -3609,7 +4883,16 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 for (g = 0; g < groups; g++)
                     if (GM_ANY(active[g]))
                         GTAOI_NAME(gtaoi_integrate)(c, &pixel[g], &frame[g], &found[g], &sum[g]);
+                for (g = 0; c->o.sh && g < groups; g++)
+                    if (GM_ANY(active[g]))
+                        GTAOI_NAME(gtaoi_integrate_sh)(c, &pixel[g], &frame[g], &found[g], &moments[g]);
+                for (g = 0; c->arcs && g < groups; g++)
+                    if (GM_ANY(active[g]))
+                        GTAOI_NAME(gtaoi_integrate_arcs)
+                (c, &pixel[g], &frame[g], &arcs[g], &sum[g], c->o.sh ? &moments[g] : 0);
             }
+            if (c->o.sh)
+                GTAOI_NAME(gtaoi_store_sh)(c, pixel, sum, moments, active, groups, x0, y, count);
             for (g = 0; g < groups; g++) {
                 if (GM_ANY(active[g])) {
                     v[g] = GTAOI_NAME(gtaoi_finish)(c, &pixel[g], &sum[g], active[g], s + g);
@@ -4172,8 +5455,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TA
     GTAOI_NO_CONTRACT
     static const float bilinear[4] = {9.0f / 16.0f, 3.0f / 16.0f, 3.0f / 16.0f, 1.0f / 16.0f};
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
-    GV tolerance = GV_ADD(GV_MUL(GTAOI_NAME(gtaoi_tolerance)(f, w), GV_SET(GTAOI_UPSAMPLE)), taps->slack), inv,
-       total = zero;
+    GV tolerance = GV_ADD(GTAOI_NAME(gtaoi_tolerance)(f, w), taps->slack), inv, total = zero;
     GV sum[5];
     int t, k, planes = f->bent ? 5 : 1;
     GM solid = GV_LT(limit, w);
@@ -4282,17 +5564,23 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
                 gtaoi_store(c, x0 * s, full_y, count, planar[0], bent, 0);
             }
 }
+#endif /* GTAOI_KERNELS */
 
 #undef GTAOI_FN
 #undef GTAOI_FI
 #undef GTAOI_ALL
 #undef GV
 #undef GM
+#undef GI
 #undef GTAOI_PIXEL
 #undef GTAOI_FRAME
 #undef GTAOI_HORIZONS
+#undef GTAOI_ARCS
+#undef GTAOI_COLUMN
+#undef GTAOI_WALK
 #undef GTAOI_SAMPLE
 #undef GTAOI_SUM
+#undef GTAOI_MOMENTS
 #undef GTAOI_HISTORY
 #undef GTAOI_TAPS
 #undef GV_SET
@@ -4317,6 +5605,16 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
 #undef GM_BITS
 #undef GM_ANY
 #undef GV_CLASS
+#undef GI_SET
+#undef GI_OR
+#undef GI_AND
+#undef GI_ANDNOT
+#undef GI_ADD
+#undef GI_IF
+#undef GI_SELECT
+#undef GI_IS_ZERO
+#undef GI_FROM
+#undef GI_INDEX
 #undef GTAOI_W
 #undef GTAOI_NAME
 #undef GTAOI_ATTRIBUTE

@@ -19,8 +19,10 @@
 /* ---- options ------------------------------------------------------------------------------------------------------ */
 
 typedef struct options {
-    const char *depth, *normal, *output, *bent, *stats; /* files */
-    const char *sequence, *camera;                      /* pattern of the depth files; motion of the camera */
+    const char *depth, *normal, *output, *bent, *sh, *stats; /* files */
+    const char *sequence, *camera;                           /* pattern of the depth files; motion of the camera */
+    const char *thickness_map, *layer[GTAO_MAX_LAYERS], *back[1 + GTAO_MAX_LAYERS]; /* backs: of the depth first */
+    int layers;
     int depth_kind;
     float device_scale, device_bias;
     char axis_name[3]; /* which of the file's axes the library's x, y, z are read from, 0..2 */
@@ -57,6 +59,9 @@ enum {
     OPT_MAX_RADIUS_PX,
     OPT_THIN_BLEND,
     OPT_THICKNESS,
+    OPT_THICKNESS_MAP,
+    OPT_BACK,
+    OPT_LAYER,
     OPT_PRESET,
     OPT_SLICES,
     OPT_STEPS,
@@ -69,6 +74,7 @@ enum {
     OPT_ALBEDO,
     OPT_BORDER,
     OPT_BENT,
+    OPT_SH,
     OPT_OUTPUT,
     OPT_ISA,
     OPT_THREADS,
@@ -105,6 +111,9 @@ static const option_info option_table[OPT_COUNT] = {
     {"--max-radius-px", "N", "cap of the search in pixels (0: none)"},
     {"--thin-blend", "B", "thickness heuristic of [J16], 0..1 (0: off)"},
     {"--thickness", "T", "occluders are slabs of T world units (0: height field)"},
+    {"--thickness-map", "FILE[:CHANNEL]", "thickness of each pixel, world units; where not above 0: --thickness"},
+    {"--back", "FILE[:CHANNEL]", "depth of the back faces of the --layer before it, or of --depth"},
+    {"--layer", "FILE[:CHANNEL]", "a further layer of depth, behind; up to 8 times"},
     {"--preset", "low|medium|high|ultra|reference", "(medium)"},
     {"--slices", "N", "directions per pixel, 1..64"},
     {"--steps", "N", "samples a side of a slice, 1..256; 0: every pixel"},
@@ -117,6 +126,7 @@ static const option_info option_table[OPT_COUNT] = {
     {"--albedo", "R,G,B", "coloured visibility with multiple bounces, 0..1 each"},
     {"--border", "clamp|wrap|open", "what lies outside the image (open: nothing)"},
     {"--bent", "FILE", "also write bent normals, view space; .exr, .pfm or .png"},
+    {"--sh", "FILE", "also write spherical harmonics of visibility times cosine, view space; .exr"},
     {"-o", "FILE", "visibility, 1 = open; .exr, .pfm or .png (8 bit, linear)"},
     {"--isa", "auto|scalar|sse2|avx2|avx512|neon", "(auto) the results are the same bits"},
     {"--threads", "N", "(all processors) the results are the same bits"},
@@ -237,6 +247,11 @@ static int set_option(options *o, int id, const char *value) {
     case OPT_BENT:
         o->bent = value;
         return 1;
+    case OPT_SH:
+        o->sh = value;
+        if (image_format_of(value) != IMAGE_EXR)
+            return error_line("--sh %s: nine channels need an .exr", value);
+        return 1;
     case OPT_OUTPUT:
         o->output = value;
         return 1;
@@ -288,6 +303,19 @@ static int set_option(options *o, int id, const char *value) {
         return set_float(id, value, 0.0, 1.0, "0..1", &o->thin_blend);
     case OPT_THICKNESS:
         return set_float(id, value, 0.0, any, "a number, 0 or more", &o->thickness);
+    case OPT_THICKNESS_MAP:
+        o->thickness_map = value;
+        return 1;
+    case OPT_BACK:
+        if (o->back[o->layers])
+            return error_line("--back %s: the layer has one already", value);
+        o->back[o->layers] = value;
+        return 1;
+    case OPT_LAYER:
+        if (o->layers == GTAO_MAX_LAYERS)
+            return error_line("--layer %s: more than %d", value, GTAO_MAX_LAYERS);
+        o->layer[o->layers++] = value;
+        return 1;
     case OPT_PRESET:
         return set_choice(id, value, presets, &o->preset);
     case OPT_SLICES:
@@ -364,12 +392,6 @@ static int parse_options(int argc, char **argv, options *o) {
             return 0;
     }
     return 1;
-}
-
-/* What later versions of the library will do. */
-static int check_available(const options *o) {
-    int id = o->thickness > 0.0f ? OPT_THICKNESS : OPT_COUNT;
-    return id == OPT_COUNT ? 1 : error_line("%s: not available in this version", option_table[id].name);
 }
 
 /* ---- sequences ---------------------------------------------------------------------------------------------------- */
@@ -505,14 +527,17 @@ static int same_file(const char *a, const char *b) {
 
 /* Nothing that is written may be read, or written twice. */
 static int check_outputs(const options *o) {
-    const int ids[] = {OPT_OUTPUT, OPT_BENT, OPT_STATS};
-    const char *files[] = {o->output, o->bent, o->stats};
-    const char *inputs[] = {o->depth, o->normal};
-    for (int i = 0; i < 3; ++i) {
+    const int ids[] = {OPT_OUTPUT, OPT_BENT, OPT_SH, OPT_STATS};
+    const char *files[] = {o->output, o->bent, o->sh, o->stats};
+    const char *inputs[3 + GTAO_MAX_LAYERS + 1 + GTAO_MAX_LAYERS] = {o->depth, o->normal, o->thickness_map};
+    const int input_count = (int)(sizeof inputs / sizeof *inputs);
+    memcpy(inputs + 3, o->layer, sizeof o->layer);
+    memcpy(inputs + 3 + GTAO_MAX_LAYERS, o->back, sizeof o->back);
+    for (int i = 0; i < 4; ++i) {
         if (!files[i])
             continue;
         const char *name = option_table[ids[i]].name;
-        if (i < 2 && image_format_of(files[i]) == IMAGE_UNKNOWN)
+        if (i < 3 && image_format_of(files[i]) == IMAGE_UNKNOWN)
             return error_line("%s %s: unknown format, the name must end in .exr, .pfm or .png", name, files[i]);
         struct stat info;
         if (stat(files[i], &info) == 0 && !S_ISREG(info.st_mode))
@@ -531,7 +556,7 @@ static int check_outputs(const options *o) {
         for (int k = 0; k < i; ++k)
             if (files[k] && same_file(files[i], files[k]))
                 return error_line("%s %s: the same file as %s", name, files[i], option_table[ids[k]].name);
-        for (int k = 0; k < 2; ++k) {
+        for (int k = 0; k < input_count; ++k) {
             char path[4096];
             if (inputs[k] && image_spec_path(inputs[k], path, sizeof path) && same_file(files[i], path))
                 return error_line("%s %s: would overwrite the input", name, files[i]);
@@ -572,7 +597,12 @@ static int check_options(const options *o) {
             return error_line("%s: only with --normal", option_table[id].name);
     if (given(o, OPT_SKY) && o->depth_kind == GTAO_DEPTH_HEIGHT)
         return error_line("--sky: not with --depth-kind height");
-    return check_available(o) && check_outputs(o);
+    if (o->sh && (o->half || o->denoise > 0 || o->sequence))
+        return error_line("--sh: not with --half, --denoise or --sequence");
+    for (int id = OPT_THICKNESS_MAP; id <= OPT_LAYER; ++id)
+        if (given(o, id) && (o->half || o->denoise > 0 || o->sequence))
+            return error_line("%s: not with --half, --denoise or --sequence", option_table[id].name);
+    return check_outputs(o);
 }
 
 /* ---- the work ----------------------------------------------------------------------------------------------------- */
@@ -581,7 +611,10 @@ enum { STAGES_MAX = 12 };
 
 typedef struct job {
     const options *options;
-    image depth, normals, visibility, bent, color;
+    image depth, normals, visibility, bent, sh, color;
+    float *sh_planes;
+    image thickness, layer[GTAO_MAX_LAYERS], back[1 + GTAO_MAX_LAYERS];
+    gtao_layer layers[GTAO_MAX_LAYERS];
     void *scratch;
     size_t scratch_size;
     pool *workers;
@@ -603,26 +636,47 @@ typedef struct job {
     gtao_stats total;
 } job;
 
+static int same_window(const job *j, int id, const char *spec, const image *img) {
+    const image *d = &j->depth;
+    const char *name = option_table[id].name;
+    if (d->width != img->width || d->height != img->height)
+        return error_line("%s %s: %d x %d, but the depth is %d x %d", name, spec, img->width, img->height, d->width,
+                          d->height);
+    if (d->origin_x != img->origin_x || d->origin_y != img->origin_y)
+        return error_line("%s %s: its data window lies elsewhere than the depth's", name, spec);
+    return 1;
+}
+
+/* One channel that goes with the depth; nothing if `spec` is null. */
+static int read_plane(const job *j, int id, const char *spec, image *out) {
+    image_error error;
+    if (!spec)
+        return 1;
+    if (!image_read_depth(spec, out, &error))
+        return error_line("%s %s", option_table[id].name, error.text);
+    return same_window(j, id, spec, out);
+}
+
 static int read_inputs(job *j, uint32_t frame) {
     const options *o = j->options;
     image_error error;
+    int ok;
     char depth_name[4096], normal_name[4096];
     image_free(&j->depth);
     image_free(&j->normals);
     if (!image_read_depth(frame_name(o, o->sequence ? o->sequence : o->depth, frame, depth_name, sizeof depth_name),
                           &j->depth, &error))
         return error_line("%s %s", o->sequence ? "--sequence" : "--depth", error.text);
-    if (!o->normal)
-        return 1;
-    if (!image_read_normals(frame_name(o, o->normal, frame, normal_name, sizeof normal_name), &j->normals, &error))
+    if (o->normal &&
+        !image_read_normals(frame_name(o, o->normal, frame, normal_name, sizeof normal_name), &j->normals, &error))
         return error_line("--normal %s", error.text);
-    const image *d = &j->depth, *n = &j->normals;
-    if (d->width != n->width || d->height != n->height)
-        return error_line("--normal %s: %d x %d, but the depth is %d x %d", o->normal, n->width, n->height, d->width,
-                          d->height);
-    if (d->origin_x != n->origin_x || d->origin_y != n->origin_y)
-        return error_line("--normal %s: its data window lies elsewhere than the depth's", o->normal);
-    return 1;
+    ok = !o->normal || same_window(j, OPT_NORMAL, o->normal, &j->normals);
+    ok = ok && read_plane(j, OPT_THICKNESS_MAP, o->thickness_map, &j->thickness);
+    for (int i = 0; ok && i <= o->layers; ++i)
+        ok = read_plane(j, OPT_BACK, o->back[i], &j->back[i]);
+    for (int i = 0; ok && i < o->layers; ++i)
+        ok = read_plane(j, OPT_LAYER, o->layer[i], &j->layer[i]);
+    return ok;
 }
 
 /* The axes are a signed permutation of the matrix's rows, which is exact. */
@@ -681,6 +735,15 @@ static void set_desc(job *j) {
     desc->steps = o->steps;
     desc->every_pixel = o->every_pixel;
     desc->thin_blend = o->thin_blend;
+    desc->thickness = o->thickness;
+    desc->thickness_map = j->thickness.data;
+    desc->back = j->back[0].data;
+    for (int i = 0; i < o->layers; ++i) {
+        j->layers[i].depth = j->layer[i].data;
+        j->layers[i].back = j->back[1 + i].data;
+    }
+    desc->layers = j->layers;
+    desc->layer_count = o->layers;
     desc->estimator = (gtao_estimator)o->estimator;
     desc->weighting = (gtao_weighting)o->weighting;
     desc->noise = (gtao_noise)o->noise;
@@ -697,7 +760,7 @@ static void set_desc(job *j) {
 }
 
 /* The option behind a field of the descriptor that the library refuses. */
-static const char *option_of(gtao_result result) {
+static const char *option_of(const options *o, gtao_result result) {
     switch (result) {
     case GTAO_ERROR_DEVICE:
         return "--device-scale, --device-bias";
@@ -729,6 +792,12 @@ static const char *option_of(gtao_result result) {
         return "--steps";
     case GTAO_ERROR_THIN_BLEND:
         return "--thin-blend";
+    case GTAO_ERROR_THICKNESS:
+    case GTAO_ERROR_ARCS:
+        return o->thickness > 0.0f ? "--thickness"
+               : o->thickness_map  ? "--thickness-map"
+               : o->layers         ? "--layer"
+                                   : "--back";
     case GTAO_ERROR_ESTIMATOR:
         return "--estimator";
     case GTAO_ERROR_WEIGHTING:
@@ -737,13 +806,15 @@ static const char *option_of(gtao_result result) {
         return "--noise";
     case GTAO_ERROR_ISA:
         return "--isa";
+    case GTAO_ERROR_OUTPUT_SH:
+        return "--sh";
     default:
         return "--depth";
     }
 }
 
-static int library_error(gtao_result result) {
-    return error_line("%s: %s", option_of(result), gtao_result_string(result));
+static int library_error(const job *j, gtao_result result) {
+    return error_line("%s: %s", option_of(j->options, result), gtao_result_string(result));
 }
 
 static int allocate(job *j) {
@@ -752,16 +823,23 @@ static int allocate(job *j) {
     int w = j->depth.width, h = j->depth.height;
     int ok = image_create(&j->visibility, w, h, 1, &error);
     ok = ok && (!o->bent || image_create(&j->bent, w, h, 3, &error));
+    ok = ok && (!o->sh || image_create(&j->sh, w, h, 9, &error));
     ok = ok && (!given(o, OPT_ALBEDO) || image_create(&j->color, w, h, 3, &error));
     if (!ok)
         return error_line("--depth %s: %s", o->depth, error.text);
     j->output.visibility = j->visibility.data;
     j->output.bent_normals = j->bent.data;
+    if (o->sh) {
+        j->sh_planes = malloc(sizeof(float) * 9 * (size_t)w * (size_t)h); /* as large as j->sh.data, which is there */
+        if (!j->sh_planes)
+            return error_line("--sh %s: not enough memory", o->sh);
+    }
+    j->output.sh = j->sh_planes;
 
     j->scratch_size = j->framed ? gtao_frame_state_size(&j->frame) : gtao_scratch_size(&j->desc);
     if (j->scratch_size == 0) {
         gtao_result why = gtao_begin(&j->desc, &j->output, NULL, 0, &j->context);
-        return library_error(why);
+        return library_error(j, why);
     }
     j->scratch = calloc(1, j->scratch_size);
     j->workers = pool_create(o->threads);
@@ -831,7 +909,7 @@ static int compute_once(job *j, double seconds[STAGES_MAX]) {
         frame_stage s = {j, 0};
         result = gtao_frame_begin(&j->frame, &j->output, j->scratch, j->scratch_size, &j->frame_context);
         if (result != GTAO_OK)
-            return library_error(result);
+            return library_error(j, result);
         stage_done(j, "begin", seconds, &since);
         for (; s.stage < gtao_frame_stages(j->frame_context); ++s.stage) {
             pool_run(j->workers, gtao_frame_units(j->frame_context, s.stage), 0, frame_units, NULL, &s);
@@ -840,7 +918,7 @@ static int compute_once(job *j, double seconds[STAGES_MAX]) {
     } else {
         result = gtao_begin(&j->desc, &j->output, j->scratch, j->scratch_size, &j->context);
         if (result != GTAO_OK)
-            return library_error(result);
+            return library_error(j, result);
         stage_done(j, "begin", seconds, &since);
         pool_run(j->workers, rows, 0, prepare_rows, NULL, j);
         stage_done(j, "prepare", seconds, &since);
@@ -885,6 +963,14 @@ static void place(image *img, const image *like) {
     img->display_height = like->display_height;
 }
 
+/* The library's planes to an image's pixels. */
+static void interleave_sh(job *j) {
+    size_t pixels = (size_t)j->sh.width * (size_t)j->sh.height;
+    for (size_t c = 0; c < 9; ++c)
+        for (size_t i = 0; i < pixels; ++i)
+            j->sh.data[9 * i + c] = j->sh_planes[c * pixels + i];
+}
+
 /* The images, of a frame if there are several, and the statistics if `ms` is not null. All files are complete under
  * temporary names before the first gets its own. */
 static int write_outputs(job *j, uint32_t frame, const double ms[STAGES_MAX], double total_ms) {
@@ -892,9 +978,10 @@ static int write_outputs(job *j, uint32_t frame, const double ms[STAGES_MAX], do
     static const char *const names_bent[] = {"bent.X", "bent.Y", "bent.Z"};
     const options *o = j->options;
     image_error error;
-    image_pending pending[3];
+    static const char *const names_sh[] = {"sh.0", "sh.1", "sh.2", "sh.3", "sh.4", "sh.5", "sh.6", "sh.7", "sh.8"};
+    image_pending pending[4];
     char text[2048], name[4096];
-    int ids[3], count = 0, ok, id = OPT_OUTPUT;
+    int ids[4], count = 0, ok, id = OPT_OUTPUT;
     memset(pending, 0, sizeof pending);
     place(&j->visibility, &j->depth);
     place(&j->bent, &j->depth);
@@ -907,6 +994,13 @@ static int write_outputs(job *j, uint32_t frame, const double ms[STAGES_MAX], do
         id = OPT_BENT;
         ok = image_write(frame_name(o, o->bent, frame, name, sizeof name), &j->bent, names_bent, IMAGE_RANGE_SIGNED,
                          pending + count, &error);
+        ids[count++] = id;
+    }
+    if (ok && o->sh) {
+        id = OPT_SH;
+        interleave_sh(j);
+        place(&j->sh, &j->depth);
+        ok = image_write(o->sh, &j->sh, names_sh, IMAGE_RANGE_SIGNED, pending + count, &error);
         ids[count++] = id;
     }
     if (ok && o->stats && ms) {
@@ -1021,7 +1115,14 @@ static void free_job(job *j) {
     image_free(&j->normals);
     image_free(&j->visibility);
     image_free(&j->bent);
+    image_free(&j->sh);
+    free(j->sh_planes);
     image_free(&j->color);
+    image_free(&j->thickness);
+    for (int i = 0; i < GTAO_MAX_LAYERS; ++i)
+        image_free(&j->layer[i]);
+    for (int i = 0; i <= GTAO_MAX_LAYERS; ++i)
+        image_free(&j->back[i]);
     pool_destroy(j->workers);
     free(j->cameras);
     free(j->stats);

@@ -1047,6 +1047,14 @@ int image_write_text(const char *path, const char *text, image_pending *pending,
     return close_pending(file, fputs(text, file) >= 0, path, pending, error);
 }
 
+int image_write_bytes(const char *path, const void *bytes, size_t size, image_pending *pending, image_error *error) {
+    FILE *file = open_pending(path, pending, error);
+    if (!file)
+        return 0;
+    errno = 0;
+    return close_pending(file, fwrite(bytes, 1, size, file) == size, path, pending, error);
+}
+
 int image_commit(image_pending *pending, image_error *error) {
     int ok = pending->temporary && rename(pending->temporary, pending->path) == 0;
     if (!ok)

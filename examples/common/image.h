@@ -58,6 +58,7 @@ typedef struct image_pending {
 int image_write(const char *path, const image *img, const char *const *names, image_range range, image_pending *pending,
                 image_error *error);
 int image_write_text(const char *path, const char *text, image_pending *pending, image_error *error);
+int image_write_bytes(const char *path, const void *bytes, size_t size, image_pending *pending, image_error *error);
 int image_commit(image_pending *pending, image_error *error); /* rename into place */
 void image_discard(image_pending *pending);                   /* remove; harmless after a commit or twice */
 

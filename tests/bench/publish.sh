@@ -255,6 +255,103 @@ awk -F, "$less"' $1 != "pooled" && $9 == "plain" {
         printf "\nFactors in time: %.0f to %.0f at equal RMSE to the depth buffer, %.0f to %.0f at equal noise, %.0f to %.0f at equal RMSE to ray tracing.\n", lo[1], hi[1], lo[2], hi[2], lo[3], hi[3]
     }' $truth $error > $out/embree.md
 
+# Irradiance: root mean squares over the probes, scene by scene; and probe by probe, over the scenes.
+for source in rays thick depth; do
+    awk -F, -v source=$source 'NR > 1 && $2 == source {
+            if (!(($1) in seen)) { seen[$1] = 1; s[++n] = $1 }
+            if (n == 1 && !($3 in known)) { known[$3] = 1; m[++k] = $3 }
+            e[$1, $3] += $5 * $5; count[$1, $3]++; all[$3] += $5 * $5; times[$3]++
+            if (n == 1 && !($4 in lit)) { lit[$4] = 1; p[++q] = $4 }
+            by[$4, $3] += $5 * $5; number[$4, $3]++; mean[$3] += $6
+        }
+        END {
+            printf "| scene |"; for (j = 1; j <= k; j++) printf " %s |", m[j]; print ""
+            printf "|---|"; for (j = 1; j <= k; j++) printf "--:|"; print ""
+            for (i = 1; i <= n; i++) { printf "| %s |", s[i]; for (j = 1; j <= k; j++) printf " %.3f |", sqrt(e[s[i], m[j]] / count[s[i], m[j]]); print "" }
+            for (i = 1; i <= q; i++) { printf "| all, %s |", p[i]; for (j = 1; j <= k; j++) printf " %.3f |", sqrt(by[p[i], m[j]] / number[p[i], m[j]]); print "" }
+            printf "| all |"; for (j = 1; j <= k; j++) printf " **%.3f** |", sqrt(all[m[j]] / times[m[j]]); print ""
+            printf "| mean error |"; for (j = 1; j <= k; j++) printf " %+.3f |", mean[m[j]] / times[m[j]]; print "\n"
+            printf "Scenes on which the horizons have less error:"
+            for (j = 1; j < k; j++) {
+                won = 0; for (i = 1; i <= n; i++) won += e[s[i], m[k]] < e[s[i], m[j]]
+                printf " than %s %d of %d%s", m[j], won, n, j < k - 1 ? "," : ".\n"
+            }
+        }' build/bench/directional.csv > $out/directional-$source.md
+done
+
+awk -F, '$2 == "cost" { if ($4 == "ns") { v += $5; b += $6; n++ } else sh += $5 }
+    END { printf "Visibility %.1f ns a pixel, with bent normals %.1f, with nine coefficients %.1f (2 slices of 12 samples, mean of the scenes, one thread).\n", v / n, b / n, sh / n }' build/bench/directional.csv > $out/directional-cost.md
+
+# ---- occluders with thickness ----------------------------------------------------------------------------------------
+
+thick=build/bench/thickness.csv
+
+# Pooled errors of every method. Older methods: as published, and through an output function fitted to that truth.
+awk -F, 'NR > 1 && $1 == "pooled" {
+        key = $2 "," $3; if ($5 == "best") key = key ",best"
+        if (!(key in seen)) { seen[key] = 1; k[++n] = key }
+        e[key, $4, $5] = $6; m[key, $4, $5] = $7; out[key] = out[key] " " $5
+    }
+    function cell(key, truth, output) { return (key, truth, output) in e ? sprintf("%.4f (%+.4f)", e[key, truth, output], m[key, truth, output]) : "" }
+    END {
+        hf = e["height field,", "rays", "plain"]; hv = e["height field,", "inside", "plain"]
+        print "| method | RMSE to ray tracing (mean) | to the height field'"'"'s | inside the view: RMSE (mean) |"
+        print "|---|--:|--:|--:|"
+        split("height field,;slides'"'"' blend;constant;screen width,;estimate,;back faces,1;mask and minimum,2;layers,2;layers,4;layers,8;layers, fronts only,4;layers, estimate for the first,4;rays inside the view,", order, ";")
+        for (i = 1; i <= 20; i++) for (j = 1; j <= n; j++) {
+            key = k[j]; split(key, f, ","); o = out[key] ~ /best/ ? "best" : "plain"
+            if (order[i] == "" || !(key == order[i] || (o == "best" && f[1] == order[i]))) continue
+            label = f[1] (f[2] ? ", " f[2] : "")
+            sub(/, 1$/, "", label); sub(/^layers, ([248])$/, "& two-sided layers", label); sub(/^layers, /, "", label)
+            sub(/^mask and minimum, 2/, "two results by mask and minimum [TP16]", label); sub(/^fronts only, 4/, "4 layers, fronts only", label)
+            sub(/^estimate for the first, 4/, "4 layers, the first with estimated backs", label); sub(/^slides. blend/, "blend of [J16]", label)
+            sub(/^constant/, "constant, parts of the radius", label); sub(/^screen width/, "as thick as wide on the screen", label)
+            printf "| %s | %s | %.2f | %s |\n", label, cell(key, "rays", o), e[key, "rays", o] / hf, cell(key, "inside", o)
+        }
+    }' $thick > $out/thickness.md
+
+awk -F, 'NR > 1 && $1 == "pooled" {
+        key = $2 " " $3; e[key, $4, $5] = $6
+        if ($5 == "fitted" && !(key in seen)) { seen[key] = 1; k[++n] = key }
+        if ($5 == "plain" && $2 == "rays" && !(key in seen)) { seen[key] = 1; k[++n] = key }
+        if ($5 == "plain" && $2 == "rays") e[key, $4, "fitted"] = $6
+    }
+    END {
+        print "| rival | RMSE to ray tracing: published | fitted | inside the view: published | fitted |\n|---|--:|--:|--:|--:|"
+        for (j = 1; j <= n; j++)
+            printf "| %s | %.4f | %.4f | %.4f | %.4f |\n", k[j], e[k[j], "rays", "plain"], e[k[j], "rays", "fitted"], e[k[j], "inside", "plain"], e[k[j], "inside", "fitted"]
+    }' $thick > $out/thickness-rivals.md
+
+# By scene.
+awk -F, 'NR > 1 {
+        key = $2 "," $3 "," $4 "," $5; e[$1, key] = $6
+        if (!($1 in seen)) { seen[$1] = 1; s[++n] = $1 }
+        if ($5 == "best" && $3 ~ /^one/) one[$4] = key
+        if ($5 == "best" && $3 ~ /^each/) own[$4] = key
+    }
+    END {
+        print "| scene | height field | constant | own constant | estimate | back faces | 4 layers | height field, inside | 1 layer | 2 layers | 4 layers | 8 layers | prototype, 4 layers |"
+        print "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
+        for (i = 1; i <= n; i++) {
+            printf "| %s | %.4f | %.4f | %.4f | %.4f | %.4f | %.4f |", s[i], e[s[i], "height field,,rays,plain"], e[s[i], "constant," one_setting() ",rays,best"], e[s[i], "constant,each scene'"'"'s own,rays,best"], e[s[i], "estimate,,rays,plain"], e[s[i], "back faces,1,rays,plain"], e[s[i], "layers,4,rays,plain"]
+            printf " %.4f | %.4f | %.4f | %.4f | %.4f | %.4f |\n", e[s[i], "height field,,inside,plain"], e[s[i], "back faces,1,inside,plain"], e[s[i], "layers,2,inside,plain"], e[s[i], "layers,4,inside,plain"], e[s[i], "layers,8,inside,plain"], e[s[i], "prototype, layers,4,inside,plain"]
+        }
+    }
+    function one_setting(  f) { split(one["rays"], f, ","); return f[2] }' $thick > $out/thickness-scenes.md
+
+awk -F, 'BEGIN { print "| fitted to | factor | endless, radii | slope | RMSE there | height field | RMSE on the others | height field | ratio |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|" }
+    NR > 1 { printf "| %s | %s | %s | %s | %.4f | %.4f | %s | %s | %s |\n", $1, $2, $3, $4, $5, $6, $8 > 0 ? sprintf("%.4f", $7) : "", $8 > 0 ? sprintf("%.4f", $8) : "", $8 > 0 ? sprintf("%.2f", $7 / $8) : sprintf("%.2f", $5 / $6) }' build/bench/thickness_fit.csv > $out/thickness-fit.md
+
+awk -F, 'BEGIN { print "| scene | pieces | of which solids | pixels of sheets | with a second layer | third | fourth | fifth |\n|---|--:|--:|--:|--:|--:|--:|--:|" }
+    NR > 1 { printf "| %s | %d | %d | %.0f %% | %.0f %% | %.0f %% | %.0f %% | %.0f %% |\n", $1, $2, $3, 100 * $4, 100 * $5, 100 * $6, 100 * $7, 100 * $8 }' build/bench/thickness_scenes.csv > $out/thickness-peel.md
+
+awk -F, '$1 == "pooled" && $5 == "plain" { e[$2, $3, $4] = $6 }
+    END {
+        a = e["estimate", "", "rays"] / e["height field", "", "rays"]; b = e["layers", "4", "inside"]
+        printf "One layer with the estimated thickness: %.2f times the height field'"'"'s RMSE to ray tracing (goal: 0.6, %s). ", a, a <= 0.6 ? "met" : "not met"
+        printf "Four two-sided layers: RMSE %.3f to ray tracing inside the view (goal: 0.03, %s); the prototype without a kernel'"'"'s economies: %.3f.\n", b, b <= 0.03 ? "met" : "not met", e["prototype, layers", "4", "inside"]
+    }' $thick > $out/thickness-goals.md
+
 # What the program printed, as it is.
 { echo '```'; cat build/bench/multibounce.txt; echo '```'; } > $out/multibounce.md
 
@@ -266,15 +363,7 @@ cp build/bench/viewer.txt $out/viewer.md
 [ "${1-}" = docs ] || exit 0
 for f in build/bench/bench_*.svg; do cp "$f" docs/figures/; done
 cp build/bench/crops.png docs/figures/bench_crops.png
-for page in README.md docs/benchmark.md docs/accuracy.md docs/viewer.md; do
-    awk -v dir=$out '
-        /^<!-- begin: / {
-            print; file = dir "/" $3 ".md"
-            if ((getline line < file) < 0) { print "publish.sh: no table " $3 > "/dev/stderr"; exit 1 }
-            do print line; while ((getline line < file) > 0)
-            close(file); skip = 1; next
-        }
-        /^<!-- end: / { skip = 0 }
-        !skip' $page > $page.new
-    mv $page.new $page
-done
+cp build/bench/directional.png docs/figures/bench_directional.png
+cp build/bench/thickness_crops.png docs/figures/bench_thickness_crops.png
+exec tests/bench/insert.sh $out README.md docs/benchmark.md docs/accuracy.md docs/directional.md docs/thickness.md \
+    docs/viewer.md

@@ -15,7 +15,7 @@ struct trace {
 
 enum { PACKET = 8 };
 
-trace *trace_open(const bench_scene *s) {
+static trace *open_scene(const bench_scene *s, enum RTCSceneFlags flags) {
     trace *t = calloc(1, sizeof *t);
     if (!t)
         return NULL;
@@ -47,7 +47,7 @@ trace *trace_open(const bench_scene *s) {
     rtcReleaseGeometry(geometry);
     rtcSetSceneBuildQuality(t->scene, RTC_BUILD_QUALITY_HIGH);
     /* Rays that graze an edge shared by two triangles must not slip between them. */
-    rtcSetSceneFlags(t->scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneFlags(t->scene, RTC_SCENE_FLAG_ROBUST | flags);
     rtcCommitScene(t->scene);
     enum RTCError error = rtcGetDeviceError(t->device);
     if (error != RTC_ERROR_NONE) {
@@ -56,6 +56,14 @@ trace *trace_open(const bench_scene *s) {
         return NULL;
     }
     return t;
+}
+
+trace *trace_open(const bench_scene *s) {
+    return open_scene(s, RTC_SCENE_FLAG_NONE);
+}
+
+trace *trace_open_hits(const bench_scene *s) {
+    return open_scene(s, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
 }
 
 void trace_close(trace *t) {
@@ -103,6 +111,37 @@ void trace_primary_rows(const trace *t, const bench_scene_camera *camera, float 
         }
 }
 
+/* What a ray meets on its way, nearest first. */
+typedef struct collector {
+    struct RTCIntersectContext context; /* first: the filter gets its address */
+    trace_hit *hits;
+    int count, most;
+} collector;
+
+static void collect(const struct RTCFilterFunctionNArguments *a) {
+    collector *c = (collector *)(void *)a->context;
+    /* with one ray at a time the packets are the plain structures */
+    float distance = ((const struct RTCRay *)(const void *)a->ray)->tfar;
+    unsigned triangle = ((const struct RTCHit *)(const void *)a->hit)->primID;
+    a->valid[0] = 0; /* go on */
+    int i = c->count < c->most ? c->count++ : c->most;
+    if (i == c->most && !(distance < c->hits[--i].distance))
+        return;
+    for (; i > 0 && c->hits[i - 1].distance > distance; --i)
+        c->hits[i] = c->hits[i - 1];
+    c->hits[i] = (trace_hit){distance, triangle};
+}
+
+int trace_hits(const trace *t, vec3 origin, vec3 direction, trace_hit *hits, int most) {
+    collector c;
+    struct RTCRayHit r = ray_hit(origin, direction, (double)VIEW_SKY);
+    rtcInitIntersectContext(&c.context);
+    c.context.filter = collect;
+    c.hits = hits, c.count = 0, c.most = most;
+    rtcIntersect1(t->scene, &c.context, &r);
+    return c.count;
+}
+
 /* A pixel's point and hemisphere. */
 typedef struct origin {
     vec3 p, n, a, b; /* a, b: any two directions perpendicular to n */
@@ -127,21 +166,45 @@ static double hit_occlusion(double d, const view *v) {
     return f > 0 ? fmin(1, fmax(0, (reach - d) / (f * reach))) : 1;
 }
 
-/* Sum of occlusion of the directions dir[0..count), count <= PACKET. */
-static double occlusion_of(const trace *t, const view *v, const origin *o, const vec3 *dir, int count) {
-    struct RTCIntersectContext context;
+/* How far a ray from a pixel's point goes before it leaves the pyramid that the image shows. Rays that end behind the
+ * eye leave it before. */
+static double inside_view(const view *v, vec3 p, vec3 d) {
+    double f = (double)v->focal_px, cx = (double)v->cx, cy = (double)v->cy, reach = (double)INFINITY;
+    /* outside where side . point < 0 */
+    const vec3 sides[] = {
+        {f, 0, cx}, {-f, 0, v->width - cx}, {0, f, cy}, {0, -f, v->height - cy}}; /* 0 <= f x / z + cx and so on */
+    for (size_t k = 0; k < sizeof sides / sizeof *sides; ++k) {
+        double there = v3_dot(sides[k], p), rate = v3_dot(sides[k], d);
+        if (rate < 0)
+            reach = fmin(reach, fmax(there, 0) / -rate);
+    }
+    return reach;
+}
+
+/* Rays from o in the directions dir[0..count), count <= PACKET. */
+static void packet_of(const view *v, const origin *o, bool inside, const vec3 *dir, int count, struct RTCRayHit8 *rays,
+                      int *valid) {
     struct RTCRayHit8 r;
-    int valid[PACKET] __attribute__((aligned(32)));
-    rtcInitIntersectContext(&context);
     for (int k = 0; k < PACKET; ++k) {
         vec3 d = dir[k < count ? k : 0];
         valid[k] = k < count ? -1 : 0;
         r.ray.org_x[k] = (float)o->p.x, r.ray.org_y[k] = (float)o->p.y, r.ray.org_z[k] = (float)o->p.z;
         r.ray.dir_x[k] = (float)d.x, r.ray.dir_y[k] = (float)d.y, r.ray.dir_z[k] = (float)d.z;
-        r.ray.tnear[k] = 0, r.ray.tfar[k] = v->radius, r.ray.time[k] = 0;
+        r.ray.tnear[k] = 0, r.ray.time[k] = 0;
+        r.ray.tfar[k] = inside ? (float)fmin((double)v->radius, inside_view(v, o->p, d)) : v->radius;
         r.ray.mask[k] = ~0u, r.ray.id[k] = 0, r.ray.flags[k] = 0;
         r.hit.geomID[k] = r.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
     }
+    *rays = r;
+}
+
+/* Sum of occlusion of the directions. */
+static double occlusion_of(const trace *t, const view *v, const origin *o, bool inside, const vec3 *dir, int count) {
+    struct RTCIntersectContext context;
+    struct RTCRayHit8 r;
+    int valid[PACKET] __attribute__((aligned(32)));
+    rtcInitIntersectContext(&context);
+    packet_of(v, o, inside, dir, count, &r, valid);
     double sum = 0;
     if (v->falloff > 0) {
         rtcIntersect8(valid, t->scene, &context, &r);
@@ -156,7 +219,8 @@ static double occlusion_of(const trace *t, const view *v, const origin *o, const
     return sum;
 }
 
-void trace_visibility_rows(const trace *t, const view *v, int strata, float *visibility, int row_begin, int row_end) {
+static void visibility_rows(const trace *t, const view *v, int strata, bool inside, float *visibility, int row_begin,
+                            int row_end) {
     vec3 dir[PACKET];
     origin o;
     for (int y = row_begin; y < row_end; ++y)
@@ -171,12 +235,50 @@ void trace_visibility_rows(const trace *t, const view *v, int strata, float *vis
                 dir[n++] = cosine_direction(o.n, o.a, o.b, (s % strata + jitter[0]) / strata,
                                             (s / strata + jitter[1]) / strata);
                 if (n == PACKET || s == total - 1) {
-                    occluded += occlusion_of(t, v, &o, dir, n);
+                    occluded += occlusion_of(t, v, &o, inside, dir, n);
                     n = 0;
                 }
             }
             visibility[i] = (float)(1 - occluded / total);
         }
+}
+
+void trace_each_rows(const trace *t, const view *v, int strata, trace_sink sink, void *user, int row_begin,
+                     int row_end) {
+    struct RTCIntersectContext context;
+    struct RTCRayHit8 r;
+    int valid[PACKET] __attribute__((aligned(32)));
+    vec3 dir[PACKET];
+    origin o;
+    rtcInitIntersectContext(&context);
+    for (int y = row_begin; y < row_end; ++y)
+        for (int x = 0; x < v->width; ++x) {
+            size_t i = (size_t)y * (size_t)v->width + (size_t)x;
+            int n = 0, total = strata * strata;
+            bool surface = origin_at(v, x, y, &o);
+            for (int s = 0; surface && s < total; ++s) {
+                double jitter[2];
+                sample_jitter((uint32_t)i, (uint32_t)s, jitter);
+                dir[n++] = cosine_direction(o.n, o.a, o.b, (s % strata + jitter[0]) / strata,
+                                            (s / strata + jitter[1]) / strata);
+                if (n < PACKET && s < total - 1)
+                    continue;
+                packet_of(v, &o, false, dir, n, &r, valid);
+                rtcOccluded8(valid, t->scene, &context, &r.ray);
+                for (int k = 0; k < n; ++k)
+                    sink(user, i, dir[k], !(r.ray.tfar[k] < 0));
+                n = 0;
+            }
+        }
+}
+
+void trace_visibility_rows(const trace *t, const view *v, int strata, float *visibility, int row_begin, int row_end) {
+    visibility_rows(t, v, strata, false, visibility, row_begin, row_end);
+}
+
+void trace_visibility_inside_rows(const trace *t, const view *v, int strata, float *visibility, int row_begin,
+                                  int row_end) {
+    visibility_rows(t, v, strata, true, visibility, row_begin, row_end);
 }
 
 void trace_few_rows(const trace *t, const view *v, int rays, float *visibility, int row_begin, int row_end) {
@@ -209,7 +311,7 @@ void trace_few_rows(const trace *t, const view *v, int rays, float *visibility, 
                 double ca = cosine[s] * c - sine[s] * q, sa = sine[s] * c + cosine[s] * q;
                 dir[n++] = v3_mad(v3_mad(v3_scale(o.n, h), o.a, r * ca), o.b, r * sa);
                 if (n == PACKET || s == rays - 1) {
-                    occluded += occlusion_of(t, v, &o, dir, n);
+                    occluded += occlusion_of(t, v, &o, false, dir, n);
                     n = 0;
                 }
             }

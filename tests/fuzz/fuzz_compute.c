@@ -70,7 +70,7 @@ static void take_setting(reader *r, setting *s, int *width, int *height) {
     *width = 1 + take_below(r, 37);
     *height = 1 + take_below(r, 19);
     s->normals = (flags & 1u) != 0;
-    s->mask = (flags & 2u) != 0;
+    s->given = flags & 2u ? WITH_MASK : 0;
     d->depth_kind = (gtao_depth_kind)take_below(r, 4);
     d->camera.projection = (flags & 4u) || d->depth_kind == GTAO_DEPTH_HEIGHT ? GTAO_ORTHOGRAPHIC : GTAO_PERSPECTIVE;
     d->device_scale = take_float(r);
@@ -103,6 +103,12 @@ static void take_setting(reader *r, setting *s, int *width, int *height) {
     d->weighting = (gtao_weighting)(flags >> 17 & 1u);
     d->noise = (gtao_noise)take_below(r, 3);
     d->frame = take32(r);
+    if (flags >> 30 == 3) { /* occluders with thickness */
+        s->given |= (int)(take(r) & (WITH_MAP | WITH_BACK | WITH_LAYERS));
+        d->thickness = take_float(r);
+        d->estimator = GTAO_ESTIMATOR_NORMALIZED;
+        d->thin_blend = 0.0f;
+    }
     /* Now and then a description that should be rejected. */
     switch (flags >> 18) {
     case 1:
@@ -186,6 +192,9 @@ static void check_values(const result *r, const input *in, int width, int height
             for (int i = 0; i < 4; i++)
                 n[i] = plane_float(&r->bent, y, 4 * x + i);
             length2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+            for (int i = 0; i < 9; i++)
+                if (!(fabsf(plane_float(&r->sh, i * height + y, x)) < 1.3f))
+                    bad = "spherical harmonic out of range";
             if (!float_finite(v) || !(v >= 0.0f && v <= 1.0f))
                 bad = "visibility outside [0, 1]";
             else if (memcmp(&v, &n[3], sizeof v) != 0)
@@ -217,11 +226,18 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     fill(&in.depth, (size_t)width, &r);
     if (in.has_normals)
         fill(&in.normals, (size_t)(width * (s.desc.normal_components == 4 ? 4 : 3)), &r);
+    if (in.map.memory)
+        fill(&in.map, (size_t)width, &r);
+    if (in.back.memory)
+        fill(&in.back, (size_t)width, &r);
+    for (int i = 0; i < 2 * LAYERS; i++)
+        if (in.layer[i].memory)
+            fill(&in.layer[i], (size_t)width, &r);
 
     in.desc.isa = GTAO_ISA_SCALAR;
     current = in.desc;
     l = take_layout(&r);
-    scalar = result_make(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 4, l, 1);
+    scalar = result_make(&in.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 4, l, 1);
     status = gtao_compute(&in.desc, &scalar.output, scalar.scratch, scalar.scratch_size, &stats);
     if ((status == GTAO_OK) != (scalar.scratch_size != 0))
         complain("gtao_scratch_size and gtao_compute disagree on", (float)status);
@@ -232,7 +248,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     }
 
     in.desc.isa = GTAO_ISA_AUTO;
-    wide = result_make(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 4, l, 0);
+    wide = result_make(&in.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 4, l, 0);
     if (gtao_compute(&in.desc, &wide.output, wide.scratch, wide.scratch_size, NULL) != status)
         complain("kernels disagree on the status", (float)status);
     if (!result_equal(&scalar, &wide))

@@ -110,8 +110,8 @@ static double plane_at(const ref_image *image, const texel *p, double u, double 
 /* The surface on the screen line through (u, v) along (du, dv). Where the pixels around belong to one surface: bilinear
  * between them, at (u, v). Otherwise the nearest pixel, which is known at its centre only: its tangent plane at the
  * point of the line beside that centre, so that no surface reaches further along the line than has been seen. */
-static int surface_at(const ref_image *image, ref_border border, double u, double v, double du, double dv,
-                      double position[3]) {
+int ref_surface_at(const ref_image *image, ref_border border, double u, double v, double du, double dv,
+                   double position[3]) {
     const double left = floor(u - 0.5), top = floor(v - 0.5);
     const double a = u - 0.5 - left, b = v - 0.5 - top;
     const int x = (int)left, y = (int)top;
@@ -177,7 +177,7 @@ static double march(const ref_image *image, const ref_settings *settings, const 
                 break;
         }
         double position[3];
-        if (!surface_at(image, settings->border, u, v, du, dv, position))
+        if (!ref_surface_at(image, settings->border, u, v, du, dv, position))
             continue;
         const double to[3] = {position[0] - center[0], position[1] - center[1], position[2] - center[2]};
         const double reach = length(to);
@@ -196,19 +196,53 @@ static double march(const ref_image *image, const ref_settings *settings, const 
     return best;
 }
 
-/* Antiderivatives of cos(theta - n) sin(theta) times 1, sin(theta) and cos(theta), zero at theta = 0. */
-static double arc_integral(double theta, double n) {
+double ref_arc_integral(double theta, double n) {
     return 0.5 * (cos(n) * sin(theta) * sin(theta) + sin(n) * (theta - sin(theta) * cos(theta)));
 }
 
-static double arc_integral_o(double theta, double n) {
+double ref_arc_integral_o(double theta, double n) {
     const double s = sin(theta), c = cos(theta);
     return cos(n) * s * s * s / 3.0 + sin(n) * (2.0 / 3.0 - c + c * c * c / 3.0);
 }
 
-static double arc_integral_v(double theta, double n) {
+double ref_arc_integral_v(double theta, double n) {
     const double s = sin(theta), c = cos(theta);
     return cos(n) * (1.0 - c * c * c) / 3.0 + sin(n) * s * s * s / 3.0;
+}
+
+ref_slice ref_slice_at(const ref_image *image, const ref_settings *settings, const double position[3],
+                       const double normal[3], int k) {
+    const double phi = settings->angles ? settings->angles[k] : REF_PI * (k + 0.5) / settings->slices;
+    const double scale_x = image->orthographic ? image->sx : 1.0 / image->fx;
+    const double scale_y = image->orthographic ? image->sy : 1.0 / image->fy;
+    ref_slice slice = {cos(phi), sin(phi), {0.0, 0.0, -1.0}, {0.0, 0.0, 0.0}, 0.0, 0.0, 0.0};
+    if (!image->orthographic) {
+        for (int i = 0; i < 3; i++)
+            slice.view[i] = -position[i] / length(position);
+    }
+
+    /* Perpendicular to the view vector: the screen direction, and how it turns with phi. */
+    const double along[3] = {slice.du * scale_x, slice.dv * scale_y, 0.0};
+    const double turn[3] = {-slice.dv * scale_x, slice.du * scale_y, 0.0};
+    double turned[3];
+    for (int i = 0; i < 3; i++) {
+        slice.o[i] = along[i] - dot(along, slice.view) * slice.view[i];
+        turned[i] = turn[i] - dot(turn, slice.view) * slice.view[i];
+    }
+    /* d(azimuth around v) / d(phi): the turn of o across itself, over its length. */
+    const double cross[3] = {slice.o[1] * turned[2] - slice.o[2] * turned[1],
+                             slice.o[2] * turned[0] - slice.o[0] * turned[2],
+                             slice.o[0] * turned[1] - slice.o[1] * turned[0]};
+    slice.azimuth = fabs(dot(cross, slice.view)) / dot(slice.o, slice.o);
+    const double o_length = length(slice.o);
+    for (int i = 0; i < 3; i++)
+        slice.o[i] /= o_length;
+
+    const double size = length(normal);
+    const double along_o = dot(normal, slice.o) / size, along_v = dot(normal, slice.view) / size;
+    slice.projected = hypot(along_o, along_v);
+    slice.n = atan2(along_o, along_v);
+    return slice;
 }
 
 double ref_heightfield(const ref_image *image, const ref_settings *settings, int x, int y, double bent[3]) {
@@ -217,46 +251,17 @@ double ref_heightfield(const ref_image *image, const ref_settings *settings, int
     if (!here.present)
         return 1.0;
 
-    double view[3] = {0.0, 0.0, -1.0};
-    if (!image->orthographic) {
-        for (int i = 0; i < 3; i++)
-            view[i] = -here.position[i] / length(here.position);
-    }
-    double normal[3];
-    for (int i = 0; i < 3; i++)
-        normal[i] = here.normal[i] / length(here.normal);
-
     for (int k = 0; k < settings->slices; k++) {
-        const double phi = settings->angles ? settings->angles[k] : REF_PI * (k + 0.5) / settings->slices;
-        const double du = cos(phi), dv = sin(phi);
-        const double scale_x = image->orthographic ? image->sx : 1.0 / image->fx;
-        const double scale_y = image->orthographic ? image->sy : 1.0 / image->fy;
-
-        /* Perpendicular to the view vector: the screen direction, and how it turns with phi. */
-        const double along[3] = {du * scale_x, dv * scale_y, 0.0}, turn[3] = {-dv * scale_x, du * scale_y, 0.0};
-        double o[3], turned[3];
-        for (int i = 0; i < 3; i++) {
-            o[i] = along[i] - dot(along, view) * view[i];
-            turned[i] = turn[i] - dot(turn, view) * view[i];
-        }
-        /* d(azimuth around v) / d(phi): the turn of o across itself, over its length. */
-        const double cross[3] = {o[1] * turned[2] - o[2] * turned[1], o[2] * turned[0] - o[0] * turned[2],
-                                 o[0] * turned[1] - o[1] * turned[0]};
-        const double azimuth = fabs(dot(cross, view)) / dot(o, o);
-        const double o_length = length(o);
-        for (int i = 0; i < 3; i++)
-            o[i] /= o_length;
-
-        const double along_o = dot(normal, o), along_v = dot(normal, view);
-        const double projected = hypot(along_o, along_v), n = atan2(along_o, along_v);
+        const ref_slice slice = ref_slice_at(image, settings, here.position, here.normal, k);
+        const double n = slice.n;
 
         /* Horizons, clamped to the hemisphere of the normal. */
         double h[2];
         for (int side = 0; side < 2; side++) {
             const double sign = side ? 1.0 : -1.0;
             const double cos_limit = cos(n + sign * 0.5 * REF_PI);
-            const double cosine =
-                march(image, settings, here.position, view, x + 0.5, y + 0.5, sign * du, sign * dv, cos_limit);
+            const double cosine = march(image, settings, here.position, slice.view, x + 0.5, y + 0.5, sign * slice.du,
+                                        sign * slice.dv, cos_limit);
             const double limited = fmax(-0.5 * REF_PI, fmin(0.5 * REF_PI, sign * acos(fmin(cosine, 1.0)) - n));
             h[side] = n + limited;
         }
@@ -265,23 +270,23 @@ double ref_heightfield(const ref_image *image, const ref_settings *settings, int
         double to = 0.0, tv = 0.0;
         for (int side = 0; side < 2; side++) {
             if (settings->uniform) {
-                visible += azimuth * 0.5 * (1.0 - cos(h[side]));
+                visible += slice.azimuth * 0.5 * (1.0 - cos(h[side]));
                 to += 0.5 * (h[side] - sin(h[side]) * cos(h[side]));
                 tv += 0.5 * sin(h[side]) * sin(h[side]);
             } else {
-                visible += azimuth * projected * arc_integral(h[side], n);
-                to += projected * arc_integral_o(h[side], n);
-                tv += projected * arc_integral_v(h[side], n);
+                visible += slice.azimuth * slice.projected * ref_arc_integral(h[side], n);
+                to += slice.projected * ref_arc_integral_o(h[side], n);
+                tv += slice.projected * ref_arc_integral_v(h[side], n);
             }
         }
-        total += azimuth;
+        total += slice.azimuth;
         for (int i = 0; i < 3; i++)
-            sum[i] += azimuth * (to * o[i] + tv * view[i]);
+            sum[i] += slice.azimuth * (to * slice.o[i] + tv * slice.view[i]);
     }
     if (bent) {
         const double size = length(sum);
         for (int i = 0; i < 3; i++)
-            bent[i] = size > 0.0 ? sum[i] / size : normal[i];
+            bent[i] = size > 0.0 ? sum[i] / size : here.normal[i] / length(here.normal);
     }
     return visible / total;
 }

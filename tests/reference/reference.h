@@ -15,6 +15,11 @@ long double ref_arc(long double h_rad, long double n_rad);
 long double ref_arc_uniform(long double h_rad);
 /* Integral of cos(theta - n) |sin(theta)| (sin(theta), cos(theta)) from h0 to h1: components along o and v. */
 void ref_arc_bent(long double h0_rad, long double h1_rad, long double n_rad, long double t[2]);
+/* Real spherical harmonic of the unit vector d: index l (l + 1) + m, l <= 2. */
+long double ref_sh(int index, const long double d[3]);
+/* Integral of cos(theta - n) |sin(theta)| Y_i(sin(theta) o + cos(theta) v) from h0 to h1, uniform: without the cosine. */
+void ref_arc_sh(long double h0_rad, long double h1_rad, long double n_rad, int uniform, const double o[3],
+                const double v[3], double sh[9]);
 
 /* ---- scenes.c: images with exact depth and normals --------------------------------------------------------------- */
 
@@ -81,6 +86,59 @@ typedef struct ref_settings {
 /* Visibility and unit bent normal of one pixel by marching the image as a height field. `bent` may be null. */
 double ref_heightfield(const ref_image *image, const ref_settings *settings, int x, int y, double bent[3]);
 
+/* The surface that the image shows on the screen line through (u, v) along (du, dv), at or beside that point: in view
+ * space; 0 if there is none. */
+int ref_surface_at(const ref_image *image, ref_border border, double u, double v, double du, double dv,
+                   double position[3]);
+
+/* A slice of a pixel. Angles are signed, from the view vector, positive towards o. */
+typedef struct ref_slice {
+    double du, dv;    /* screen direction */
+    double view[3];   /* unit vector to the eye */
+    double o[3];      /* unit, perpendicular to it, along (du, dv) */
+    double azimuth;   /* d(azimuth around the view vector) / d(screen angle) */
+    double projected; /* length of the unit normal projected to the slice, */
+    double n;         /* and its angle */
+} ref_slice;
+ref_slice ref_slice_at(const ref_image *image, const ref_settings *settings, const double position[3],
+                       const double normal[3], int k);
+
+/* Antiderivatives of cos(theta - n) sin(theta) times 1, sin(theta) and cos(theta), zero at theta = 0. */
+double ref_arc_integral(double theta, double n);
+double ref_arc_integral_o(double theta, double n);
+double ref_arc_integral_v(double theta, double n);
+
+/* ---- arcs.c: occluders with a front and a back ---------------------------------------------------------------------- */
+
+/* One depth layer: where view rays through the pixel centres enter something, and where they leave it. Planar z; no
+ * occluder where `front` is sky (as in ref_image). */
+typedef struct ref_layer {
+    const float *front; /* null: the image's own z */
+    const float *back;  /* null: no backs here, thickness instead; where it is sky or before the front: the front */
+} ref_layer;
+
+typedef struct ref_slabs {
+    double thickness;           /* along the view ray, world units; HUGE_VAL: endless, the height field */
+    const float *thickness_map; /* null, or one for every pixel, instead; inf: endless */
+    const ref_layer *layers;    /* null: one, the image's z without a back */
+    int layer_count;
+    double
+        surface_px; /* Neighbours on the screen line are one surface where their depths differ by no more than so many
+                        * pixel footprints, or, for the image's own z, where a tangent plane of either leads to the
+                        * other (heightfield.c's rule). One surface has no gap between samples. < 0: gaps everywhere. */
+    int whole; /* nonzero: a slab counts as a whole, and does if its front is within the radius. 0: the part of it that
+                * is within the radius; endless slabs are always whole */
+} ref_slabs;
+
+/* Visibility and unit bent normal (may be null) of one pixel: per side of each slice the union of the arcs that slabs
+ * hide, sorted and merged, and the exact integral over what is left. Cosine weighting only. With a falloff an arc
+ * shrinks towards its lower end (the tangent plane at most), in cosines, by the weight of the slab's nearest point. */
+double ref_arcs(const ref_image *image, const ref_settings *settings, const ref_slabs *slabs, int x, int y,
+                double bent[3]);
+/* Spherical harmonics of what is visible there times the cosine, over pi. Not of sky. */
+void ref_arcs_sh(const ref_image *image, const ref_settings *settings, const ref_slabs *slabs, int x, int y,
+                 double sh[9]);
+
 /* ---- memo.c: [J19] Algorithm 1, straight and scalar ---------------------------------------------------------------- */
 
 typedef struct memo_settings {
@@ -97,5 +155,22 @@ void memo_noise(unsigned frame, float direction[16], float offset[16]);
  * not finite. All buffers are tightly packed. */
 void memo_gtao(int width, int height, const float *z, const float *normals, float focal_px, float cx, float cy,
                const memo_settings *settings, const float direction[16], const float offset[16], float *visibility);
+
+/* ---- specular.c: specular visibility by its definitions ------------------------------------------------------------ */
+
+/* Solid angle common to two caps of half angles a and b whose axes are d apart: quadrature over the circles of one. */
+long double ref_cap_intersection(long double a, long double b, long double d);
+
+typedef struct ref_lobe {
+    enum { REF_GGX, REF_BECKMANN, REF_BLINN, REF_PHONG, REF_BRDF } kind;
+    double alpha;
+    double f0;         /* REF_BRDF */
+    double n[3], v[3]; /* unit */
+} ref_lobe;
+
+/* D(h) n.l or (R.l)^p n.l, not normalised for Phong; REF_BRDF: GGX, height-correlated Smith, Schlick, times n.l. */
+double ref_lobe_value(const ref_lobe *lobe, const double l[3]);
+/* Its integral over the cone of unit axis b and half angle a (a = pi: all directions). */
+double ref_lobe_integral(const ref_lobe *lobe, const double b[3], double a);
 
 #endif

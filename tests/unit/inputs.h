@@ -119,8 +119,7 @@ static inline int32_t scene_z(int x, int y, uint32_t seed) {
 #define SCENE_DEVICE_SCALE 2.0f
 #define SCENE_DEVICE_BIAS (-0.0625f)
 
-static inline float scene_depth(int x, int y, uint32_t seed, gtao_depth_kind kind) {
-    int32_t z = scene_z(x, y, seed);
+static inline float scene_depth_of(int32_t z, gtao_depth_kind kind) {
     switch (kind) {
     case GTAO_DEPTH_DEVICE:
         return (float)((z ? 4194304 / z : 0) + 256) / 8192.0f;
@@ -131,6 +130,20 @@ static inline float scene_depth(int x, int y, uint32_t seed, gtao_depth_kind kin
         break;
     }
     return z ? (float)z / 1024.0f : float_inf();
+}
+
+static inline float scene_depth(int x, int y, uint32_t seed, gtao_depth_kind kind) {
+    return scene_depth_of(scene_z(x, y, seed), kind);
+}
+
+/* Behind the scene: back faces of layer `which` (0: of the scene itself), and the fronts of the layers behind it; some
+ * missing, some in front of the front. */
+static inline float scene_behind(int x, int y, uint32_t seed, int which, int back, gtao_depth_kind kind) {
+    uint32_t h = hash_cell(x / 5, y / 4, seed + 3 + (uint32_t)which);
+    int32_t z = scene_z(x, y, seed) + 512 * which;
+    if ((h & 7u) < (back ? 1u : 4u * (uint32_t)(which > 0)))
+        return scene_depth_of(0, kind);
+    return scene_depth_of(z + (back ? (int32_t)(h >> 8 & 511u) - 32 : 0), kind);
 }
 
 /* Normals of any length, some behind the surface, some zero or not a number. */
@@ -148,10 +161,12 @@ static inline void scene_normal(int x, int y, uint32_t seed, float n[4]) {
 
 /* ---- settings: every option at least once --------------------------------------------------------------------- */
 
+enum { WITH_MASK = 1, WITH_MAP = 2, WITH_BACK = 4, WITH_LAYERS = 8, LAYERS = 2 };
+
 typedef struct setting {
     const char *name;
-    int normals, mask; /* whether they are given */
-    gtao_desc desc;    /* without size and buffers */
+    int normals, given; /* whether there are normals; what else there is, WITH_* */
+    gtao_desc desc;     /* without size and buffers */
 } setting;
 
 #define PERSPECTIVE .camera = {.fx = 60}
@@ -193,9 +208,25 @@ static const setting settings[] = {
     {"perspective-wrap", 1, 0, {PERSPECTIVE, .radius = 1, .border = GTAO_BORDER_WRAP, .step_power = 4}},
     {"radius-infinite", 1, 0, {PERSPECTIVE, .radius = HUGE_VALF, .slices = 2, .steps = 12}},
     {"radius-small", 1, 0, {PERSPECTIVE, .radius = 0.095f}},
-    {"mask-sky", 1, 1, {PERSPECTIVE, .radius = 1, .sky_z = 6.75f}},
+    {"mask-sky", 1, WITH_MASK, {PERSPECTIVE, .radius = 1, .sky_z = 6.75f}},
     {"axes", 1, 0, {PERSPECTIVE, .radius = 1, .normal_components = 4, .normal_axes = {1, -1, 0.5f},
                     .normal_to_view = {0, 1, 0, -1, 0, 0.25f, 0, 0, 1}}},
+    {"thickness", 1, 0, {PERSPECTIVE, .radius = 1.5f, .thickness = 0.25f}},
+    {"thickness-falloff", 1, 0, {WIDE, .radius = 2, .thickness = 0.125f, .falloff = 0.5f, .slices = 3,
+                                 .border = GTAO_BORDER_CLAMP}},
+    {"thickness-every-pixel", 1, 0, {PERSPECTIVE, .radius = 1, .thickness = 0.0625f, .slices = 3, .every_pixel = 1,
+                                     .border = GTAO_BORDER_WRAP, .weighting = GTAO_WEIGHTING_UNIFORM}},
+    {"thickness-hilbert", 1, 0, {PERSPECTIVE, .radius = 1, .thickness = 0.25f, .noise = GTAO_NOISE_HILBERT}},
+    {"back-hilbert-every-pixel", 0, WITH_BACK, {ORTHO, .radius = 1, .slices = 2, .every_pixel = 1, .falloff = 0.25f,
+                                                .noise = GTAO_NOISE_HILBERT}},
+    {"thickness-map", 1, WITH_MASK | WITH_MAP, {ORTHO, .radius = 1, .thickness = 0.5f}},
+    {"thickness-infinite", 1, WITH_MAP, {PERSPECTIVE, .radius = HUGE_VALF, .thickness = 0.25f}},
+    {"back", 1, WITH_BACK, {WIDE, .depth_kind = GTAO_DEPTH_DISTANCE, .radius = 1, .falloff = 0.25f}},
+    {"back-no-noise", 1, WITH_BACK, {PERSPECTIVE, .radius = 0.25f, .noise = GTAO_NOISE_NONE, .steps = 5}},
+    {"layers", 1, WITH_BACK | WITH_LAYERS, {PERSPECTIVE, .depth_kind = GTAO_DEPTH_DEVICE, .radius = 2, .thickness = 0.25f,
+                                            .device_scale = SCENE_DEVICE_SCALE, .device_bias = SCENE_DEVICE_BIAS}},
+    {"layers-height", 0, WITH_LAYERS | WITH_MAP, {ORTHO, .depth_kind = GTAO_DEPTH_HEIGHT, .radius = 2,
+                                                  .border = GTAO_BORDER_WRAP}},
 };
 /* clang-format on */
 
@@ -206,7 +237,50 @@ typedef struct input {
     gtao_desc desc;
     plane depth, normals, mask;
     int has_normals, has_mask;
+    plane map, back, layer[2 * LAYERS]; /* fronts, then backs */
+    gtao_layer *layers;
 } input;
+
+/* Thickness, back faces and layers of the scene, of those that the setting has. */
+static inline void input_behind(input *in, int behind, int width, int height, uint32_t seed, layout l) {
+    plane *planes[2 + 2 * LAYERS] = {&in->map, &in->back};
+    for (int i = 0; i < 2 * LAYERS; i++)
+        planes[2 + i] = &in->layer[i];
+    for (int i = 0; i < 2 + 2 * LAYERS; i++) {
+        if (!(behind & (i == 0 ? WITH_MAP : i == 1 ? WITH_BACK : WITH_LAYERS)))
+            continue;
+        *planes[i] = plane_make(height, sizeof(float) * (size_t)width, l);
+        for (int y = 0; y < height; y++)
+            for (int x = 0; x < width; x++) {
+                int which = i < 2 ? 0 : 1 + (i - 2) % LAYERS, back = i == 1 || i >= 2 + LAYERS;
+                uint32_t h = hash_cell(x / 4, y / 4, seed + 9);
+                float f = scene_behind(x, y, seed, which, back, in->desc.depth_kind);
+                if (i == 0)
+                    f = (h & 7u) == 0 ? 0.0f : (h & 7u) == 1 ? float_inf() : (float)(h >> 8 & 255u) / 256.0f;
+                memcpy(plane_row(planes[i], y) + sizeof f * (size_t)x, &f, sizeof f);
+            }
+    }
+    in->desc.thickness_map = (const float *)(const void *)in->map.first;
+    in->desc.back = (const float *)(const void *)in->back.first;
+    if (in->map.memory)
+        in->desc.thickness_stride = plane_stride(&in->map);
+    if (in->back.memory)
+        in->desc.back_stride = plane_stride(&in->back);
+    if (behind & WITH_LAYERS) {
+        in->layers = (gtao_layer *)calloc(LAYERS, sizeof *in->layers);
+        if (!in->layers)
+            abort();
+        for (int i = 0; i < LAYERS; i++) {
+            in->layers[i].depth = (const float *)(const void *)in->layer[i].first;
+            in->layers[i].depth_stride = plane_stride(&in->layer[i]);
+            in->layers[i].back = (const float *)(const void *)in->layer[LAYERS + i].first;
+            in->layers[i].back_stride = plane_stride(&in->layer[LAYERS + i]);
+        }
+        in->layers[1].back = NULL;
+        in->desc.layers = in->layers;
+        in->desc.layer_count = LAYERS;
+    }
+}
 
 static inline input input_make(const setting *s, int width, int height, layout l) {
     input in;
@@ -217,11 +291,11 @@ static inline input input_make(const setting *s, int width, int height, layout l
     in.desc.width = width;
     in.desc.height = height;
     in.has_normals = s->normals;
-    in.has_mask = s->mask;
+    in.has_mask = s->given & WITH_MASK;
     in.depth = plane_make(height, sizeof(float) * (size_t)width, l);
     if (s->normals)
         in.normals = plane_make(height, sizeof(float) * (size_t)(components * width), l);
-    if (s->mask)
+    if (s->given & WITH_MASK)
         in.mask = plane_make(height, (size_t)width, l);
     for (int y = 0; y < height; y++)
         for (int x = 0; x < width; x++) {
@@ -231,7 +305,7 @@ static inline input input_make(const setting *s, int width, int height, layout l
             if (s->normals)
                 memcpy(plane_row(&in.normals, y) + sizeof(float) * (size_t)(components * x), n,
                        sizeof(float) * (size_t)components);
-            if (s->mask)
+            if (s->given & WITH_MASK)
                 plane_row(&in.mask, y)[x] = (unsigned char)(hash_cell(x / 5, y, seed) & 3u);
         }
     in.desc.depth = (const float *)(const void *)in.depth.first;
@@ -240,10 +314,11 @@ static inline input input_make(const setting *s, int width, int height, layout l
         in.desc.normals = (const float *)(const void *)in.normals.first;
         in.desc.normal_stride = plane_stride(&in.normals);
     }
-    if (s->mask) {
+    if (s->given & WITH_MASK) {
         in.desc.mask = in.mask.first;
         in.desc.mask_stride = plane_stride(&in.mask);
     }
+    input_behind(&in, s->given, width, height, seed, l);
     return in;
 }
 
@@ -251,16 +326,21 @@ static inline void input_free(input *in) {
     free(in->depth.memory);
     free(in->normals.memory);
     free(in->mask.memory);
+    free(in->map.memory);
+    free(in->back.memory);
+    for (int i = 0; i < 2 * LAYERS; i++)
+        free(in->layer[i].memory);
+    free(in->layers);
 }
 
 /* ---- results -------------------------------------------------------------------------------------------------- */
 
-enum { WANT_VISIBILITY = 1, WANT_BENT = 2, WANT_PACKED = 4, WANT_ALL = 7 };
+enum { WANT_VISIBILITY = 1, WANT_BENT = 2, WANT_PACKED = 4, WANT_ALL = 7, WANT_SH = 8, WANT_EVERYTHING = 15 };
 
 /* Output buffers, and scratch of exactly the promised size. */
 typedef struct result {
     gtao_output output;
-    plane visibility, bent, packed;
+    plane visibility, bent, packed, sh; /* sh: 9 times the rows */
     unsigned char *scratch_memory;
     void *scratch;
     size_t scratch_size;
@@ -290,6 +370,12 @@ static inline result result_make(const gtao_desc *desc, int want, gtao_format fo
         r.output.packed = (uint32_t *)(void *)r.packed.first;
         r.output.packed_stride = plane_stride(&r.packed);
     }
+    if (want & WANT_SH) {
+        r.sh = plane_make(9 * desc->height, sizeof(float) * width, l);
+        r.output.sh = (float *)(void *)r.sh.first;
+        r.output.sh_stride = plane_stride(&r.sh);
+        r.output.sh_plane_stride = plane_stride(&r.sh) * desc->height;
+    }
     r.scratch_size = gtao_scratch_size(desc);
     r.scratch_memory = (unsigned char *)malloc(r.scratch_size + scratch_offset);
     if (!r.scratch_memory)
@@ -302,18 +388,20 @@ static inline void result_free(result *r) {
     free(r->visibility.memory);
     free(r->bent.memory);
     free(r->packed.memory);
+    free(r->sh.memory);
     free(r->scratch_memory);
 }
 
 static inline int result_equal(const result *a, const result *b) {
     return (!a->visibility.memory || !b->visibility.memory || planes_equal(&a->visibility, &b->visibility)) &&
            (!a->bent.memory || !b->bent.memory || planes_equal(&a->bent, &b->bent)) &&
-           (!a->packed.memory || !b->packed.memory || planes_equal(&a->packed, &b->packed));
+           (!a->packed.memory || !b->packed.memory || planes_equal(&a->packed, &b->packed)) &&
+           (!a->sh.memory || !b->sh.memory || planes_equal(&a->sh, &b->sh));
 }
 
 static inline int result_spilled(const result *r) {
     return (r->visibility.memory && plane_spilled(&r->visibility)) || (r->bent.memory && plane_spilled(&r->bent)) ||
-           (r->packed.memory && plane_spilled(&r->packed));
+           (r->packed.memory && plane_spilled(&r->packed)) || (r->sh.memory && plane_spilled(&r->sh));
 }
 
 /* ---- a sequence of frames -------------------------------------------------------------------------------------- */
@@ -331,9 +419,11 @@ typedef struct sequence {
 static inline sequence sequence_make(const setting *s, int width, int height, const gtao_frame_desc *options,
                                      layout l) {
     sequence q;
+    setting plain = *s; /* frames take a constant thickness only */
+    plain.given &= WITH_MASK;
     memset(&q, 0, sizeof q);
     q.width = width, q.height = height;
-    q.in = input_make(s, width, height, l);
+    q.in = input_make(&plain, width, height, l);
     q.frame = *options;
     q.frame.desc = q.in.desc;
     q.motion = plane_make(height, (size_t)width * 3 * sizeof(float), l);

@@ -26,7 +26,7 @@ static call call_make(void) {
     call c;
     c.in = input_make(&base, WIDTH, HEIGHT, tight);
     c.desc = c.in.desc;
-    c.out = result_make(&c.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3, tight, 0);
+    c.out = result_make(&c.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 3, tight, 0);
     c.output = c.out.output;
     c.scratch = c.out.scratch;
     c.scratch_size = c.out.scratch_size;
@@ -106,6 +106,21 @@ enum { NULL_DESC = 1, NULL_OUTPUT = 2 };
     X(thin_blend_negative, GTAO_ERROR_THIN_BLEND, c->desc.thin_blend = -0.01f)                                         \
     X(thin_blend_large, GTAO_ERROR_THIN_BLEND, c->desc.thin_blend = 1.01f)                                             \
     X(thin_blend_nan, GTAO_ERROR_THIN_BLEND, c->desc.thin_blend = float_nan())                                         \
+    X(thickness_negative, GTAO_ERROR_THICKNESS, c->desc.thickness = -0.01f)                                            \
+    X(thickness_nan, GTAO_ERROR_THICKNESS, c->desc.thickness = float_nan())                                            \
+    X(thickness_map_stride_short, GTAO_ERROR_THICKNESS_MAP, behind(&c->desc, 1, 4 * WIDTH - 4))                        \
+    X(thickness_map_stride_odd, GTAO_ERROR_THICKNESS_MAP, behind(&c->desc, 1, 4 * WIDTH + 2))                          \
+    X(back_stride_short, GTAO_ERROR_BACK, behind(&c->desc, 2, 4 - 4 * WIDTH))                                          \
+    X(back_stride_odd, GTAO_ERROR_BACK, behind(&c->desc, 2, 4 * WIDTH + 1))                                            \
+    X(layers_null, GTAO_ERROR_LAYERS, c->desc.layer_count = 1)                                                         \
+    X(layers_negative, GTAO_ERROR_LAYERS, c->desc.layer_count = -1)                                                    \
+    X(layers_many, GTAO_ERROR_LAYERS, layers(&c->desc, GTAO_MAX_LAYERS + 1, 0, 0))                                     \
+    X(layers_depth_null, GTAO_ERROR_LAYERS, layers(&c->desc, 3, 0, 0))                                                 \
+    X(layers_depth_stride, GTAO_ERROR_LAYERS, layers(&c->desc, 2, 4 * WIDTH - 4, 0))                                   \
+    X(layers_back_stride, GTAO_ERROR_LAYERS, layers(&c->desc, 2, 0, 4 * WIDTH + 2))                                    \
+    X(thickness_memo, GTAO_ERROR_ARCS, (c->desc.thickness = 1, c->desc.estimator = GTAO_ESTIMATOR_MEMO))               \
+    X(back_thin_blend, GTAO_ERROR_ARCS, (behind(&c->desc, 2, 0), c->desc.thin_blend = 0.5f))                           \
+    X(layers_memo, GTAO_ERROR_ARCS, (layers(&c->desc, 1, 0, 0), c->desc.estimator = GTAO_ESTIMATOR_MEMO))              \
     X(estimator_unknown, GTAO_ERROR_ESTIMATOR, c->desc.estimator = (gtao_estimator)2)                                  \
     X(weighting_unknown, GTAO_ERROR_WEIGHTING, c->desc.weighting = (gtao_weighting)2)                                  \
     X(noise_unknown, GTAO_ERROR_NOISE, c->desc.noise = (gtao_noise)3)                                                  \
@@ -122,6 +137,16 @@ enum { NULL_DESC = 1, NULL_OUTPUT = 2 };
     X(bent_stride_odd, GTAO_ERROR_OUTPUT_STRIDE, c->output.bent_stride = 12 * WIDTH + 3)                               \
     X(packed_stride_short, GTAO_ERROR_OUTPUT_STRIDE, c->output.packed_stride = 4 * WIDTH - 4)                          \
     X(packed_stride_odd, GTAO_ERROR_OUTPUT_STRIDE, c->output.packed_stride = 4 * WIDTH + 1)                            \
+    X(sh_bands_one, GTAO_ERROR_OUTPUT_SH, c->output.sh_bands = 1)                                                      \
+    X(sh_bands_four, GTAO_ERROR_OUTPUT_SH, c->output.sh_bands = 4)                                                     \
+    X(sh_bands_negative, GTAO_ERROR_OUTPUT_SH, c->output.sh_bands = -3)                                                \
+    X(sh_stride_short, GTAO_ERROR_OUTPUT_SH, c->output.sh_stride = 4 * WIDTH - 4)                                      \
+    X(sh_stride_odd, GTAO_ERROR_OUTPUT_SH, c->output.sh_stride = 4 * WIDTH + 2)                                        \
+    X(sh_plane_stride_short, GTAO_ERROR_OUTPUT_SH, c->output.sh_plane_stride = 4 * WIDTH * HEIGHT - 4)                 \
+    X(sh_plane_stride_negative, GTAO_ERROR_OUTPUT_SH, c->output.sh_plane_stride = 4 - 4 * WIDTH * HEIGHT)              \
+    X(sh_plane_stride_odd, GTAO_ERROR_OUTPUT_SH, c->output.sh_plane_stride = 4 * WIDTH * HEIGHT + 1)                   \
+    X(sh_rows_interleaved_short, GTAO_ERROR_OUTPUT_SH, interleave(&c->output, 4 * WIDTH, 4 * WIDTH * 9 - 4))           \
+    X(sh_planes_interleaved_short, GTAO_ERROR_OUTPUT_SH, interleave(&c->output, 4 * WIDTH - 4, 4 * WIDTH * 9))         \
     X(scratch_null, GTAO_ERROR_SCRATCH, c->scratch = NULL)                                                             \
     X(scratch_small, GTAO_ERROR_SCRATCH, c->scratch_size -= 1)                                                         \
     X(scratch_none, GTAO_ERROR_SCRATCH, c->scratch_size = 0)
@@ -142,6 +167,27 @@ static void ortho(gtao_desc *d, float sx, float sy) {
     d->camera.projection = GTAO_ORTHOGRAPHIC;
     d->camera.sx = sx;
     d->camera.sy = sy;
+}
+
+static void interleave(gtao_output *o, ptrdiff_t step, ptrdiff_t row) {
+    o->sh_plane_stride = step;
+    o->sh_stride = row;
+}
+
+static void behind(gtao_desc *d, int which, ptrdiff_t stride) {
+    if (which == 1)
+        d->thickness_map = d->depth, d->thickness_stride = stride;
+    else
+        d->back = d->depth, d->back_stride = stride;
+}
+
+/* Two layers; the last has a back. */
+static void layers(gtao_desc *d, int count, ptrdiff_t stride, ptrdiff_t back_stride) {
+    static gtao_layer layer[GTAO_MAX_LAYERS + 1];
+    memset(layer, 0, sizeof layer);
+    layer[0].depth = layer[1].depth = layer[1].back = d->depth;
+    layer[1].depth_stride = stride, layer[1].back_stride = back_stride;
+    d->layers = layer, d->layer_count = count;
 }
 
 #define DEFINE(name, expected, change)                                                                                 \
@@ -188,7 +234,8 @@ static void every_error_fires(void **state) {
         got = gtao_begin(desc, output, c.scratch, c.scratch_size, &context);
         if (got != breakages[i].expected)
             fail_msg("%s: gtao_begin: \"%s\"", breakages[i].name, gtao_result_string(got));
-        if (!untouched(&c.out.visibility) || !untouched(&c.out.bent) || !untouched(&c.out.packed) || stats.pixels != 0)
+        if (!untouched(&c.out.visibility) || !untouched(&c.out.bent) || !untouched(&c.out.packed) ||
+            !untouched(&c.out.sh) || stats.pixels != 0)
             fail_msg("%s: something was written all the same", breakages[i].name);
         /* Only what the description says decides about the size. */
         if (breakages[i].expected < GTAO_ERROR_OUTPUT && gtao_scratch_size(desc) != 0)
@@ -206,6 +253,9 @@ static void every_error_is_tested(void **state) {
         seen[breakages[i].expected]++;
     seen[GTAO_OK]++;           /* every other test */
     seen[GTAO_ERROR_MATRIX]++; /* matrices_that_are_no_projection */
+    for (int i = GTAO_ERROR_FRAME; i <= GTAO_ERROR_STATE; i++)
+        seen[i]++; /* test_frame.c */
+    seen[GTAO_ERROR_SIGNAL]++;
     for (int i = 0; i < GTAO_RESULT_COUNT; i++)
         if (seen[i] == 0)
             fail_msg("no test for \"%s\"", gtao_result_string((gtao_result)i));
@@ -513,6 +563,64 @@ static void scratch_is_at_most_48_bytes_a_pixel(void **state) {
     assert_true(given > 0 && given <= 48 && derived > 0 && derived <= 48);
 }
 
+/* ---- thickness ------------------------------------------------------------------------------------------------ */
+
+/* A wall from edge to edge, in front of it a plate, and in front of that a bar that hides a part of the plate. */
+static void thickness_is_estimated(void **state) {
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        enum { W = 64, H = 48 };
+        static float z[W * H], map[W * (H + 1)];
+        const float unit = k ? 0.1f : 1.0f / 80.0f; /* of a pixel: orthographic; at depth 1 */
+        gtao_desc d;
+        void *scratch;
+        size_t size;
+        memset(&d, 0, sizeof d);
+        d.width = W, d.height = H, d.depth = z, d.radius = k ? 3.0f : 2.0f;
+        d.camera.fx = 80;
+        if (k)
+            d.camera.projection = GTAO_ORTHOGRAPHIC, d.camera.sx = unit;
+        for (int i = 0; i < W * H; i++) {
+            int x = i % W, y = i / W, plate = x >= 12 && x < 36 && y >= 8 && y < 40, bar = x >= 20 && x < 24 && y >= 4;
+            z[i] = bar && y < 44 ? 4.0f : plate ? 6.0f : x >= 50 && y < 10 ? float_inf() : 9.0f;
+        }
+        size = gtao_thickness_scratch_size(&d);
+        scratch = malloc(size);
+        assert_non_null(scratch);
+        assert_int_equal(gtao_estimate_thickness(&d, map, 4 * W, scratch, size), GTAO_OK);
+        for (int i = 0; i < W * H; i++) {
+            float want = z[i] < 5.0f    ? 0.5f * 4.0f * unit * (k ? 1.0f : 4.0f)
+                         : z[i] < 7.0f  ? 0.5f * 24.0f * unit * (k ? 1.0f : 6.0f) /* as if the bar were not there */
+                         : z[i] < 10.0f ? float_inf()
+                                        : 0.0f;
+            if (want > 0.5f * d.radius)
+                want = float_inf();
+            if (!(map[i] == want || fabsf(map[i] - want) < 1e-5f * want))
+                fail_msg("%d: thickness %g, expected %g at (%d, %d)", k, (double)map[i], (double)want, i % W, i / W);
+        }
+        assert_int_equal(gtao_estimate_thickness(&d, NULL, 0, scratch, size), GTAO_ERROR_THICKNESS_MAP);
+        assert_int_equal(gtao_estimate_thickness(&d, map, 4 * W - 4, scratch, size), GTAO_ERROR_THICKNESS_MAP);
+        assert_int_equal(gtao_estimate_thickness(&d, map, 0, scratch, size - 1), GTAO_ERROR_SCRATCH);
+        assert_int_equal(gtao_estimate_thickness(&d, map, 0, NULL, size), GTAO_ERROR_SCRATCH);
+        d.width = 0;
+        assert_int_equal(gtao_estimate_thickness(&d, map, 0, scratch, size), GTAO_ERROR_SIZE);
+        assert_int_equal(gtao_thickness_scratch_size(&d), 0);
+        free(scratch);
+    }
+}
+
+static void layers_are_composed(void **state) {
+    const float scene[4] = {0.5f, 0.5f, 0.2f, 0.9f}, scene_bent[12] = {1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0};
+    float all[4] = {0.25f, 0.75f, 0.75f, 0.75f}, bent[12] = {0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0};
+    const uint8_t moving[4] = {0, 0, 1, 1};
+    (void)state;
+    gtao_compose_layers(4, scene, scene_bent, moving, all, bent);
+    assert_true(all[0] == 0.25f && all[1] == 0.5f && all[2] == 0.75f && all[3] == 0.75f);
+    assert_true(bent[0] == 0.0f && bent[3] == 1.0f && bent[6] == 0.0f && bent[9] == 0.0f);
+    gtao_compose_layers(4, scene, NULL, moving, all, NULL);
+    assert_true(all[0] == 0.25f && all[1] == 0.5f);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_error_fires),
@@ -530,6 +638,8 @@ int main(void) {
         cmocka_unit_test(scratch_size_of_null_is_zero),
         cmocka_unit_test(scratch_size_does_not_overflow),
         cmocka_unit_test(scratch_is_at_most_48_bytes_a_pixel),
+        cmocka_unit_test(thickness_is_estimated),
+        cmocka_unit_test(layers_are_composed),
     };
     return cmocka_run_group_tests_name("api", tests, NULL, NULL);
 }

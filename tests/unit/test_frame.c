@@ -292,6 +292,7 @@ static void every_error_fires(void **state) {
     gtao_frame_desc f;
     gtao_output output = q.out.output;
     float buffer[2 * 16 * 16];
+    gtao_layer layer = {NULL, 0, NULL, 0};
     (void)state;
 #define EXPECT(result, change)                                                                                         \
     do {                                                                                                               \
@@ -304,6 +305,9 @@ static void every_error_fires(void **state) {
     assert_int_equal(gtao_frame(NULL, &output, q.state, q.state_size, NULL), GTAO_ERROR_FRAME);
     assert_int_equal(gtao_frame_state_size(NULL), 0);
     EXPECT(GTAO_ERROR_SIZE, f.desc.width = 0);
+    EXPECT(GTAO_ERROR_FRAME_ARCS, f.desc.thickness_map = f.desc.depth);
+    EXPECT(GTAO_ERROR_FRAME_ARCS, f.desc.back = f.desc.depth);
+    EXPECT(GTAO_ERROR_FRAME_ARCS, (layer.depth = f.desc.depth, f.desc.layers = &layer, f.desc.layer_count = 1));
     EXPECT(GTAO_ERROR_REDUCTION, f.reduction = (gtao_reduction)3);
     EXPECT(GTAO_ERROR_SPATIAL, f.spatial_passes = 4);
     EXPECT(GTAO_ERROR_SPATIAL, f.spatial_passes = -1);

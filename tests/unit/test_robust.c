@@ -52,6 +52,16 @@ static void check_values(const result *r, int width, int height, const char *wha
             float v = plane_get(&r->visibility, y, x), bx = plane_get(&r->bent, y, 3 * x),
                   by = plane_get(&r->bent, y, 3 * x + 1), bz = plane_get(&r->bent, y, 3 * x + 2);
             double length = sqrt((double)bx * (double)bx + (double)by * (double)by + (double)bz * (double)bz);
+            for (int i = 0; i < 9; i++) {
+                float c = plane_get(&r->sh, i * height + y, x);
+                if (!float_finite(c) || !(fabs((double)c) < 1.3))
+                    fail_msg("%s: coefficient %d is %g at (%d, %d)", what, i, (double)c, x, y);
+            }
+            double first = 0.0; /* a bent normal before it gets unit length: at most 1 and what few slices overshoot */
+            for (int i = 1; i < 4; i++)
+                first += pow((double)plane_get(&r->sh, i * height + y, x) / 0.48860251, 2.0);
+            if (!(first < 2.9))
+                fail_msg("%s: first band of length %g at (%d, %d)", what, sqrt(first), x, y);
             if (!float_finite(v) || !(v >= 0.0f && v <= 1.0f))
                 fail_msg("%s: visibility %g at (%d, %d)", what, (double)v, x, y);
             if (!float_finite(bx) || !float_finite(by) || !float_finite(bz) || !(fabs(length - 1.0) < 1e-4))
@@ -68,7 +78,7 @@ static result compute_checked(gtao_desc desc, const char *what) {
         if (!gtao_isa_available((gtao_isa)isa))
             continue;
         desc.isa = (gtao_isa)isa;
-        r = result_make(&desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        r = result_make(&desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 3, tight, 0);
         memset(r.scratch, 0xFF, r.scratch_size); /* all NaN */
         status = gtao_compute(&desc, &r.output, r.scratch, r.scratch_size, NULL);
         if (status != GTAO_OK)
@@ -184,6 +194,19 @@ static void spoil(plane *p, int floats, int how, int k, uint32_t *random) {
         }
 }
 
+static void expect_sane_estimate(const gtao_desc *desc, const char *what) {
+    size_t size = gtao_thickness_scratch_size(desc), count = (size_t)(desc->width * desc->height);
+    void *scratch = malloc(size);
+    float *map = (float *)malloc(count * sizeof *map);
+    assert_true(scratch && map);
+    assert_int_equal(gtao_estimate_thickness(desc, map, 0, scratch, size), GTAO_OK);
+    for (size_t i = 0; i < count; i++)
+        if (!(map[i] >= 0.0f)) /* infinite is allowed */
+            fail_msg("%s: estimated thickness %g", what, (double)map[i]);
+    free(scratch);
+    free(map);
+}
+
 static void spoiled_buffers_give_sane_results(void **state) {
     enum { WIDTH = 21, HEIGHT = 13 };
     const setting *s = (const setting *)*state;
@@ -191,15 +214,22 @@ static void spoiled_buffers_give_sane_results(void **state) {
     int components = s->desc.normal_components == 4 ? 4 : 3;
     for (int how = SPRINKLED; how <= RANDOM_BITS; how++)
         for (int k = 0; k < (how == WHOLE ? BAD_COUNT : 4); k++)
-            for (int which = 1; which <= (s->normals ? 3 : 1); which++) {
+            for (int which = 1; which <= (s->given > WITH_MASK ? 7 : s->normals ? 3 : 1); which++) {
                 input in = input_make(s, WIDTH, HEIGHT, tight);
                 char what[80];
                 snprintf(what, sizeof what, "%s, spoiled %d %d %d", s->name, how, k, which);
                 if (which & 1)
                     spoil(&in.depth, WIDTH, how, k, &random);
-                if (which & 2)
+                if (which & 4) {
+                    spoil(&in.map, WIDTH, how, k, &random);
+                    spoil(&in.back, WIDTH, how, k, &random);
+                    for (int i = 0; i < 2 * LAYERS; i++)
+                        spoil(&in.layer[i], WIDTH, how, k, &random);
+                }
+                if (which & 2 && s->normals)
                     spoil(&in.normals, WIDTH * components, how, k, &random);
                 expect_sane(&in.desc, what);
+                expect_sane_estimate(&in.desc, what);
                 input_free(&in);
             }
 }
@@ -395,6 +425,14 @@ static void set_singular_matrix(gtao_desc *d, float value) {
     memset(d->normal_to_view, 0, sizeof d->normal_to_view);
     d->normal_to_view[1] = value;
 }
+static void set_thickness(gtao_desc *d, float value) {
+    if (d->estimator != GTAO_ESTIMATOR_MEMO && d->thin_blend == 0.0f)
+        d->thickness = value;
+}
+static void set_thickness_and_radius(gtao_desc *d, float value) {
+    set_thickness(d, 1.0f);
+    d->radius = value;
+}
 static void set_max_radius(gtao_desc *d, float value) {
     d->max_radius_px = value < 1e6f ? (int)value : INT32_MAX;
 }
@@ -416,6 +454,8 @@ static void absurd_descriptions(void **state) {
     with_extremes(s, "normal_to_view", set_matrix);
     with_extremes(s, "singular normal_to_view", set_singular_matrix);
     with_extremes(s, "max_radius_px", set_max_radius);
+    with_extremes(s, "thickness", set_thickness);
+    with_extremes(s, "thickness 1, radius", set_thickness_and_radius);
 }
 
 /* ---- formulas ------------------------------------------------------------------------------------------------- */

@@ -341,6 +341,34 @@ static void test_formats_agree(void **state) {
         remove_file(names[i]);
 }
 
+/* Channels sh.0 to sh.8 are the library's planes. */
+static void test_spherical_harmonics(void **state) {
+    (void)state;
+    static const char *const names[9] = {"sh.0", "sh.1", "sh.2", "sh.3", "sh.4", "sh.5", "sh.6", "sh.7", "sh.8"};
+    static float planes[9][PIXELS];
+    gtao_desc desc;
+    gtao_output output;
+    image_error error;
+    describe(&desc);
+    memset(&output, 0, sizeof output);
+    output.sh = planes[0];
+    size_t size = gtao_scratch_size(&desc);
+    void *scratch = malloc(size);
+    assert_int_equal(gtao_compute(&desc, &output, scratch, size, NULL), GTAO_OK);
+    free(scratch);
+    run_well(INPUT "--sh @/s.exr -o @/v.exr");
+    for (int c = 0; c < 9; ++c) {
+        image one;
+        if (!image_read_channels(in_directory("s.exr"), names + c, 1, &one, &error))
+            fail_msg("%s", error.text);
+        assert_true(one.width == WIDTH && one.height == HEIGHT);
+        assert_memory_equal(one.data, planes[c], sizeof planes[c]);
+        image_free(&one);
+    }
+    remove_file("s.exr");
+    remove_file("v.exr");
+}
+
 static void test_albedo(void **state) {
     (void)state;
     static const float albedo[3] = {0.9f, 0.5f, 0.0f};
@@ -522,15 +550,64 @@ static void test_scene(void **state) {
     remove_file("v.exr");
 }
 
+/* Thickness, a map of it, back faces and layers, each of them with its own depth. */
+static void test_occluders_with_thickness(void **state) {
+    (void)state;
+    static const char *const names[] = {"0.pfm", "1.pfm", "2.pfm", "3.pfm", "4.pfm"}, *const names_z[] = {"Z"};
+    static float visibility[PIXELS], bent[3 * PIXELS];
+    image behind[5];
+    image_error error;
+    gtao_layer layers[2];
+    gtao_desc desc;
+    for (int k = 0; k < 5; ++k) {
+        assert_true(image_create(&behind[k], WIDTH, HEIGHT, 1, &error));
+        for (int i = 0; i < PIXELS; ++i)
+            behind[k].data[i] = k == 0 ? 0.01f * (float)(i % 30) : depth.data[i] + 0.15f * (float)k;
+        save(names[k], &behind[k], names_z);
+    }
+    describe(&desc);
+    desc.thickness = 0.2f;
+    compute(&desc, visibility, bent);
+    run_well(INPUT "--thickness 0.2 --bent @/b.exr -o @/v.exr");
+    check_same("v.exr", 1, visibility, PIXELS);
+    check_same("b.exr", 3, bent, PIXELS);
+
+    desc.thickness_map = behind[0].data;
+    compute(&desc, visibility, NULL);
+    run_well(INPUT "--thickness 0.2 --thickness-map @/0.pfm -o @/v.exr");
+    check_same("v.exr", 1, visibility, PIXELS);
+
+    memset(layers, 0, sizeof layers);
+    layers[0].depth = behind[2].data;
+    layers[1].depth = behind[3].data;
+    layers[1].back = behind[4].data;
+    desc.layers = layers;
+    desc.layer_count = 2;
+    desc.back = behind[1].data;
+    desc.thickness_map = NULL;
+    desc.thickness = 0.0f;
+    compute(&desc, visibility, NULL);
+    run_well(INPUT "--back @/1.pfm --layer @/2.pfm --layer @/3.pfm --back @/4.pfm -o @/v.exr");
+    check_same("v.exr", 1, visibility, PIXELS);
+
+    remove_file("v.exr");
+    remove_file("b.exr");
+    for (int k = 0; k < 5; ++k) {
+        remove_file(names[k]);
+        image_free(&behind[k]);
+    }
+}
+
 static void test_help(void **state) {
     (void)state;
     static const char *const options[] = {
-        "--depth ",  "--depth-kind ", "--device-scale ", "--device-bias ", "--normal ", "--normal-axes ",
-        "--focal ",  "--center ",     "--fov-y ",        "--ortho ",       "--radius ", "--normal-to-view ",
-        "--falloff", "--thin-blend ", "--thickness ",    "--preset ",      "--slices ", "--max-radius-px ",
-        "--steps ",  "--estimator ",  "--weighting ",    "--noise ",       "--frame ",  "--half ",
-        "--denoise", "--albedo ",     "--border ",       "--sky ",         "--bent ",   "--isa ",
-        "--threads", "--no-skip ",    "--repeat ",       "--stats ",       "-o FILE",
+        "--depth ",  "--depth-kind ", "--device-scale ",  "--device-bias ", "--normal ", "--normal-axes ",
+        "--focal ",  "--center ",     "--fov-y ",         "--ortho ",       "--radius ", "--normal-to-view ",
+        "--falloff", "--thin-blend ", "--thickness ",     "--preset ",      "--slices ", "--max-radius-px ",
+        "--steps ",  "--estimator ",  "--weighting ",     "--noise ",       "--frame ",  "--half ",
+        "--denoise", "--albedo ",     "--border ",        "--sky ",         "--bent ",   "--isa ",
+        "--sh ",     "--threads",     "--no-skip ",       "--repeat ",      "--stats ",  "-o FILE",
+        "--back ",   "--layer ",      "--thickness-map ",
     };
     static char text[16384];
     run_well("--help");
@@ -629,6 +706,23 @@ static void test_bad_options(void **state) {
         {"--ortho 0", "--ortho"},
         {"--ortho 1", "--ortho"},
         {"--thickness -1", "--thickness"},
+        {"--thickness nan", "--thickness"},
+        {"--thickness 0.1 --estimator memo", "--thickness"},
+        {"--layer @/z.exr --thin-blend 0.5", "--layer"},
+        {"--thickness-map @/missing.pfm", "missing.pfm"},
+        {"--thickness-map tests/data/scans.exr", "scans.exr"}, /* another size */
+        {"--back @/missing.pfm", "missing.pfm"},
+        {"--back @/z.exr --back @/z.exr", "--back"},
+        {"--layer @/missing.pfm", "missing.pfm"},
+        {"--layer @/n.exr", "n.exr"},
+        {"--layer tests/data/scans.exr", "scans.exr"},
+        {"--layer @/z.exr --back tests/data/scans.exr", "--back"},
+        {"--layer @/z.exr --layer @/z.exr --layer @/z.exr --layer @/z.exr --layer @/z.exr --layer @/z.exr "
+         "--layer @/z.exr --layer @/z.exr --layer @/z.exr",
+         "--layer"},
+        {"--layer @/z.pfm -o @/z.pfm", "z.pfm"},
+        {"--layer @/z.pfm --half", "--layer"},
+        {"--thickness-map @/z.pfm --denoise 1", "--thickness-map"},
         {"--denoise 1000", "--denoise"},
         {"--depth @/missing.exr", "missing.exr"},
         {"--depth @/z.exr:Q", "z.exr"},
@@ -646,6 +740,11 @@ static void test_bad_options(void **state) {
         {"--bent @/b", "--bent"},
         {"--bent @/v.exr", "--bent"}, /* as -o */
         {"--bent @/no/b.exr", "--bent"},
+        {"--sh @/s.pfm", "--sh"},
+        {"--sh @/v.exr", "--sh"}, /* as -o */
+        {"--sh @/no/s.exr", "--sh"},
+        {"--sh @/s.exr --half", "--sh"},
+        {"--sh @/s.exr --denoise 1", "--sh"},
         {"--stats @/no/s.json", "--stats"},
         {"--stats @/n.exr", "--stats"},
     };
@@ -753,17 +852,6 @@ static void test_frames(void **state) {
     remove_file("s.json");
 }
 
-/* Options that are parsed and checked, but ask for more than this version does. */
-static void test_not_available(void **state) {
-    (void)state;
-    static const char *const options[] = {"--thickness 0.2"};
-    for (size_t i = 0; i < sizeof options / sizeof *options; ++i) {
-        char command[256];
-        snprintf(command, sizeof command, INPUT "-o @/v.exr %s", options[i]);
-        run_badly(command, "not available in this version");
-    }
-}
-
 /* An earlier result survives a failed run. */
 static void test_keeps_old_output(void **state) {
     (void)state;
@@ -806,16 +894,17 @@ int main(void) {
         cmocka_unit_test(test_depth_kinds),
         cmocka_unit_test(test_fov),
         cmocka_unit_test(test_formats_agree),
+        cmocka_unit_test(test_spherical_harmonics),
         cmocka_unit_test(test_albedo),
         cmocka_unit_test(test_threads_and_kernels),
         cmocka_unit_test(test_axes),
         cmocka_unit_test(test_data_window),
         cmocka_unit_test(test_stats),
         cmocka_unit_test(test_scene),
+        cmocka_unit_test(test_occluders_with_thickness),
         cmocka_unit_test(test_help),
         cmocka_unit_test(test_bad_options),
         cmocka_unit_test(test_frames),
-        cmocka_unit_test(test_not_available),
         cmocka_unit_test(test_keeps_old_output),
         cmocka_unit_test(test_damaged_files),
     };
