@@ -161,6 +161,12 @@ extern "C" {
     X(GTAO_ERROR_OUTPUT_STRIDE,                                                                                        \
       "visibility_stride, bent_stride, bent_components, packed_stride: rows overlap or are misaligned")                \
     X(GTAO_ERROR_SCRATCH, "scratch, context: null, or smaller than gtao_scratch_size()")                               \
+    X(GTAO_ERROR_SWEEP, "estimator, thin_blend: the sweep has neither the memo's estimator nor the heuristic")            \
+    X(GTAO_ERROR_REGION, "region: must be a part of the image, or all zero")                                           \
+    X(GTAO_ERROR_HORIZONS, "horizon_stride, horizon_plane: rows or planes overlap or are misaligned")                  \
+    X(GTAO_ERROR_BACKDROP, "backdrops: null, of no size, scale not 1..1024, or not orthographic with an open border")  \
+    X(GTAO_ERROR_BATCH, "batch: must be 0 (4) or 1..64")                                                               \
+    X(GTAO_CANCELLED, "cancelled by the progress callback")                                                            \
     X(GTAO_ERROR_MATRIX, "projection matrix: neither perspective nor orthographic")
 
 typedef enum gtao_result {
@@ -335,6 +341,81 @@ GTAO_API int gtao_context_steps(const gtao_context *context); /* 0: every pixel 
 GTAO_API gtao_isa gtao_context_isa(const gtao_context *context);
 GTAO_API const char *gtao_isa_name(gtao_isa isa); /* "scalar", "sse2", ... */
 GTAO_API int gtao_isa_available(gtao_isa isa);    /* compiled in and supported here */
+
+/* ---- the sweep: horizons without a march, for baking ------------------------------------------------------------ */
+
+/* The integral of gtao_compute in every-pixel mode, at a cost per pixel and slice that does not grow with the radius:
+ * pixels within GTAO_SWEEP_NEAR are searched one by one, the rest of the line, to the border of the image or the
+ * radius, by the upper hull of its heights. For height maps of any kind (and any other image): read are depth, normals,
+ * mask, camera, border, radius (INFINITY: no bound), falloff, slices (0: 32; K slices are 2 K directions, slice k at
+ * pi (k + 1/2) / K on its + side), weighting and isa; ignored are steps, max_radius_px, step_power, noise and frame.
+ * The memo's estimator and thin_blend are refused.
+ *
+ *     gtao_sweep *sweep;
+ *     gtao_result result = gtao_sweep_begin(&desc, &output, &options, scratch, scratch_size, &sweep);
+ *     for (int phase = 0; phase < gtao_sweep_phases(sweep); phase++)
+ *         for (int unit = 0; unit < gtao_sweep_units(sweep, phase); unit++)     // any order, any threads
+ *             gtao_sweep_run(sweep, phase, unit, unit + 1, work_of_this_thread);
+ *
+ * All units of a phase must be done before any of the next. Results do not depend on order, threads, isa or batch. To
+ * cancel, stop calling. */
+#define GTAO_SWEEP_NEAR 8 /* pixels along the slice's longer axis */
+
+/* The map that the image is a tile of, coarsened: what lies beyond the tile's border, so that a map larger than memory
+ * can be swept in tiles. Heights beyond the tile are read at steps of `scale` pixels; what a coarse pixel stands for is
+ * the caller's choice (its mean: no bias; its maximum: nothing is missed). With d the distance in pixels from the
+ * receiver to the tile's border and v the largest difference between a coarse pixel and the heights it stands for, in
+ * pixels: the cotangent of a horizon errs by no more than v / d + |cot h| scale / d. Orthographic cameras only. */
+typedef struct gtao_backdrop {
+    const float *depth; /* width x height, of the kind and in the units of desc.depth */
+    ptrdiff_t stride;   /* bytes, 0: tightly packed */
+    int width, height;
+    int scale;          /* image pixels per pixel of this, 1..1024 */
+    int x, y;           /* of the image's first pixel in the whole map, in image pixels */
+    gtao_border border; /* of the whole map */
+    float reach;        /* pixels beyond the image's border that it serves; then the next one, or nothing. 0: four
+                         * diagonals of the backdrop */
+} gtao_backdrop;
+
+/* What only the sweep takes; zero-initialise. */
+typedef struct gtao_sweep_options {
+    int region[4]; /* x0, y0, x1, y1: pixels [x0, x1) x [y0, y1) are wanted; others are not written (they still occlude).
+                    * All zero: the whole image */
+    float *horizons;          /* null, or horizon maps: 2 * slices planes, + side of slice k at 2k, - side at 2k + 1.
+                               * Angle in radians from the view vector to the horizon, clamped to the normal's hemisphere:
+                               * light from angle h in that direction arrives if h is smaller */
+    ptrdiff_t horizon_stride; /* bytes from row to row, 0: tightly packed */
+    ptrdiff_t horizon_plane;  /* bytes from plane to plane, 0: tightly packed */
+    const gtao_backdrop *backdrops; /* null, or levels from fine to coarse. desc.border must then be open */
+    int backdrop_count;
+    int batch; /* slices held in memory at a time, 1..64; 0: 4. Costs 8 bytes a pixel each */
+} gtao_sweep_options;
+
+/* Lives inside the scratch buffer. */
+typedef struct gtao_sweep gtao_sweep;
+
+/* Bytes of scratch, and of work memory for each thread; 0 if a description is invalid. options may be null. */
+GTAO_API size_t gtao_sweep_scratch_size(const gtao_desc *desc, const gtao_output *output,
+                                        const gtao_sweep_options *options);
+GTAO_API size_t gtao_sweep_work_size(const gtao_desc *desc, const gtao_sweep_options *options);
+
+/* output may be null if horizon maps are wanted only. The caller's buffers are read and written until the last phase. */
+GTAO_API gtao_result gtao_sweep_begin(const gtao_desc *desc, const gtao_output *output,
+                                      const gtao_sweep_options *options, void *scratch, size_t scratch_size,
+                                      gtao_sweep **sweep);
+GTAO_API int gtao_sweep_phases(const gtao_sweep *sweep);
+GTAO_API int gtao_sweep_units(const gtao_sweep *sweep, int phase);
+/* Units [unit_begin, unit_end) of a phase; `work` is gtao_sweep_work_size bytes that no other thread uses meanwhile. */
+GTAO_API void gtao_sweep_run(const gtao_sweep *sweep, int phase, int unit_begin, int unit_end, void *work);
+
+/* Called now and then with the fraction done, 0..1; nonzero cancels. */
+typedef int (*gtao_progress)(void *user, double done);
+
+/* All of it on one thread; scratch as above with the work memory added: gtao_sweep_scratch_size + gtao_sweep_work_size.
+ * GTAO_CANCELLED if the callback (may be null) says so: outputs are then incomplete. */
+GTAO_API gtao_result gtao_sweep_compute(const gtao_desc *desc, const gtao_output *output,
+                                        const gtao_sweep_options *options, void *scratch, size_t scratch_size,
+                                        gtao_progress progress, void *user);
 
 /* ---- level 3: the formulas -------------------------------------------------------------------------------------- */
 
