@@ -981,6 +981,9 @@ struct gtao_context {
     int *count;           /* [period^2][slices][classes] */
     float *noise;         /* per-pixel noise: [64][64 + GTAOI_LANES][2 planes] */
     float *step;          /* per-pixel noise: ((j + offset) / steps)^power, [steps][64 offsets] */
+    int slice_begin, slice_end; /* the slices of this pass over the rows: all of them, or a sweep's batch */
+    int x_begin, x_end;         /* columns that are wanted */
+    const struct gtaoi_pass *pass; /* of a sweep; null: none */
 };
 
 typedef struct gtaoi_layout {
@@ -1430,7 +1433,8 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
     if (!c->o.packed_stride)
         c->o.packed_stride = (ptrdiff_t)desc->width * 4;
 
-    c->every_pixel = l.every_pixel, c->slices = l.slices, c->max_steps = l.max_steps;
+    c->every_pixel = l.every_pixel, c->slices = c->slice_end = l.slices, c->max_steps = l.max_steps;
+    c->x_end = desc->width;
     c->per_pixel_noise = l.per_pixel_noise, c->period = l.period;
     c->classes = l.classes, c->class_base = l.class_base;
     c->extent_min = l.extent_min, c->extent_max = l.extent_max;
@@ -1636,6 +1640,118 @@ static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int
     }
 }
 
+/* ---- the sweep: plan -------------------------------------------------------------------------------------------- */
+
+#define GTAOI_TILE 16  /* lines in a group and columns in a tile, whatever the width: part of the results */
+#define GTAOI_LAG 4    /* a sample is compared with its neighbours so far off before it becomes a vertex */
+
+/* What one pass of a sweep over the rows reads and writes. */
+typedef struct gtaoi_pass {
+    float *tilt_x, *tilt_y;              /* first pass: gradients, at row 0 and column 0; else null */
+    ptrdiff_t tilt_x_pitch, tilt_y_pitch;
+    const float *beyond; /* far horizons: planes of both sides of the slices from slice_begin on, height per column */
+    ptrdiff_t beyond_pitch;
+    size_t beyond_plane;
+    float *sums; /* [row][block][field][pixel] */
+    size_t sums_row;
+    int fields;
+    const gtao_sweep_options *options; /* horizon maps */
+} gtaoi_pass;
+
+/* How a slice is cut into lines: line l passes column i of the longer axis at l + slope i + phase. */
+typedef struct gtaoi_cut {
+    int x_major, n_major, n_minor;
+    double slope, phase;
+    int line_begin, groups;
+    int toward; /* columns go by this on the + side */
+} gtaoi_cut;
+
+struct gtao_sweep {
+    gtao_context *c; /* searches the near pixels and integrates */
+    gtao_sweep_options o;
+    int batch, bands, y_begin, y_end;
+    int lead;      /* columns beyond the border that occlude, if it is not open */
+    int far_reach; /* columns that a backdrop may lie beyond the border */
+    float *turned; /* the height buffer with rows and columns swapped, at pixel (0, 0) */
+    ptrdiff_t turned_pitch;
+    float *tilt_x; /* gradient of the tangent planes along x, laid out as the height buffer, at (0, 0) */
+    float *tilt_y; /* along y, laid out as `turned` */
+    float *beyond;
+    ptrdiff_t beyond_pitch;
+    size_t beyond_plane;
+    float *sums;
+    size_t sums_row;
+    int fields;
+    float *inverse; /* 1 / k */
+};
+
+typedef struct gtaoi_sweep_layout {
+    int batch, fields, longest, lead, far_reach;
+    ptrdiff_t pitch, turned_pitch, beyond_pitch;
+    uint64_t sweep, turned, tilt_x, tilt_y, beyond, sums, inverse, total; /* byte offsets */
+    uint64_t work;                                                       /* bytes */
+} gtaoi_sweep_layout;
+
+/* One group of lines on its way. */
+typedef struct gtaoi_lines {
+    const gtao_context *c;
+    const float *plane, *tilt; /* heights and gradients across the lines, minor axis contiguous, at (0, 0) */
+    ptrdiff_t pitch;
+    int n_major, n_minor, x_major;
+    double slope, phase;
+    int line;            /* the first */
+    int first, toward;   /* column of position 0, and +1 or -1 */
+    int lead, count;     /* positions before the first receiver, and all */
+    int want_begin[2], want_end[2]; /* along the major and minor axis */
+    float *beyond;
+    ptrdiff_t beyond_pitch;
+    const float *inverse;
+    float *strip;      /* heights on the lines, [line][position] */
+    ptrdiff_t length;  /* of a line's part */
+    int32_t *vertex_t; /* upper hull, [line][length]: position, height, slope from the vertex before */
+    float *vertex_w, *vertex_s;
+    int depth[GTAOI_TILE]; /* vertices */
+} gtaoi_lines;
+
+/* A further vertex at the end of a line's upper hull, whose slopes fall. */
+static void gtaoi_push_vertex(gtaoi_lines *l, int line, int t, float w) {
+    GTAOI_NO_CONTRACT
+    ptrdiff_t base = (ptrdiff_t)line * l->length;
+    int32_t *ts = l->vertex_t + base;
+    float *ws = l->vertex_w + base, *ss = l->vertex_s + base, slope = 0.0f;
+    int n = l->depth[line];
+    for (; n > 0; n--) {
+        slope = (w - ws[n - 1]) * l->inverse[t - ts[n - 1]];
+        if (n == 1 || slope < ss[n - 1])
+            break;
+    }
+    ts[n] = t, ws[n] = w, ss[n] = slope;
+    l->depth[line] = n + 1;
+}
+
+/* Far horizons of a tile to their plane: found[line][column] along x, found[column][line] along y. */
+static void gtaoi_sweep_store(const gtaoi_lines *l, const int *column, const int *minor, const float *found) {
+    int u, k, wrap = l->c->d.border == GTAO_BORDER_WRAP;
+    for (u = 0; u < GTAOI_TILE; u++) {
+        float *to;
+        const float *from = found + (l->x_major ? u : u * GTAOI_TILE);
+        int step = l->x_major ? GTAOI_TILE : 1, n = GTAOI_TILE;
+        ptrdiff_t pitch = l->x_major ? l->beyond_pitch : 1;
+        if (column[u] < 0)
+            continue;
+        to = l->beyond + (l->x_major ? column[u] : column[u] * l->beyond_pitch);
+        if (wrap)
+            n = gtaoi_imin(n, l->n_minor - l->line);
+        for (k = 0; k < n; k++) {
+            int y = minor[u] + k;
+            if (wrap && y >= l->n_minor)
+                y = gtaoi_wrap(y, l->n_minor);
+            if (y >= l->want_begin[1] && y < l->want_end[1])
+                to[y * pitch] = from[k * step];
+        }
+    }
+}
+
 /* ---- one table of operations per width, and the self-inclusions ------------------------------------------------- */
 
 /* GV: float vector, GM: mask, their operations GV_ and GM_, suffix-free so that the kernels read as formulas. Undefined
@@ -1734,6 +1850,375 @@ GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *outp
         return result;
     gtao_prepare_rows(context, 0, desc->height);
     gtao_visibility_rows(context, 0, desc->height, stats);
+    return GTAO_OK;
+}
+
+/* ---- the sweep: stages ------------------------------------------------------------------------------------------ */
+
+/* The call for this instruction set. */
+#if GTAOI_X86
+#define GTAOI_DISPATCH(isa, name, arguments)                                                                           \
+    ((isa) == GTAO_ISA_AVX512 ? name##_avx512 arguments                                                                \
+     : (isa) == GTAO_ISA_AVX2 ? name##_avx2 arguments                                                                  \
+     : (isa) == GTAO_ISA_SSE2 ? name##_sse2 arguments                                                                  \
+                              : name##_scalar arguments)
+#elif GTAOI_NEON
+#define GTAOI_DISPATCH(isa, name, arguments) ((isa) == GTAO_ISA_NEON ? name##_neon arguments : name##_scalar arguments)
+#else
+#define GTAOI_DISPATCH(isa, name, arguments) ((void)(isa), name##_scalar arguments)
+#endif
+
+/* The description that the near pixels are searched with. */
+static gtao_desc gtaoi_near_desc(const gtao_desc *desc) {
+    gtao_desc d = *desc;
+    d.every_pixel = 1;
+    d.max_radius_px = GTAO_SWEEP_NEAR + GTAO_SWEEP_NEAR / 2; /* along the diagonal, too */
+    d.noise = GTAO_NOISE_NONE;
+    if (d.slices == 0)
+        d.slices = 32;
+    return d;
+}
+
+static gtao_result gtaoi_check_sweep(const gtao_desc *d, const gtao_output *o, const gtao_sweep_options *s) {
+    gtao_result result = gtaoi_check_desc(d);
+    int i;
+    if (result != GTAO_OK)
+        return result;
+    if (d->estimator == GTAO_ESTIMATOR_MEMO || d->thin_blend > 0.0f)
+        return GTAO_ERROR_SWEEP;
+    if (!(s && s->horizons && !o))
+        result = gtaoi_check_output(d, o);
+    if (result != GTAO_OK || !s)
+        return result;
+    if (s->region[0] || s->region[1] || s->region[2] || s->region[3]) {
+        if (s->region[0] < 0 || s->region[1] < 0 || s->region[2] <= s->region[0] || s->region[3] <= s->region[1] ||
+            s->region[2] > d->width || s->region[3] > d->height)
+            return GTAO_ERROR_REGION;
+    }
+    if (s->horizons) {
+        ptrdiff_t rows = s->horizon_stride ? s->horizon_stride : (ptrdiff_t)d->width * 4;
+        ptrdiff_t plane = s->horizon_plane < 0 ? -s->horizon_plane : s->horizon_plane;
+        rows = (rows < 0 ? -rows : rows) * (d->height - 1) + (ptrdiff_t)d->width * 4;
+        if (!gtaoi_stride_ok(s->horizon_stride, d->width * 4, 4) || plane % 4 != 0 || (plane && plane < rows))
+            return GTAO_ERROR_HORIZONS;
+    }
+    if (s->backdrop_count < 0 || (s->backdrop_count > 0 && (!s->backdrops || d->border != GTAO_BORDER_OPEN ||
+                                                            d->camera.projection != GTAO_ORTHOGRAPHIC)))
+        return GTAO_ERROR_BACKDROP;
+    for (i = 0; i < s->backdrop_count; i++) {
+        const gtao_backdrop *b = &s->backdrops[i];
+        if (!b->depth || b->width < 1 || b->width > 32768 || b->height < 1 || b->height > 32768 || b->scale < 1 ||
+            b->scale > 1024 || !gtaoi_stride_ok(b->stride, b->width * 4, 4) ||
+            (unsigned)b->border > GTAO_BORDER_WRAP || !(b->reach >= 0.0f))
+            return GTAO_ERROR_BACKDROP;
+    }
+    if (s->batch < 0 || s->batch > 64)
+        return GTAO_ERROR_BATCH;
+    return GTAO_OK;
+}
+
+static uint64_t gtaoi_align64(uint64_t x) {
+    return (x + 63) / 64 * 64;
+}
+
+static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gtao_sweep_options *s,
+                             gtaoi_sweep_layout *l) {
+    gtao_desc near_desc = gtaoi_near_desc(d);
+    gtaoi_layout n;
+    int diagonal = (int)sqrt((double)d->width * (double)d->width + (double)d->height * (double)d->height) + 1;
+    uint64_t w = (uint64_t)d->width, h = (uint64_t)d->height;
+    gtaoi_plan(&near_desc, &n);
+    memset(l, 0, sizeof *l);
+    l->batch = gtaoi_imin(s && s->batch ? s->batch : 4, near_desc.slices);
+    l->fields = o && (o->bent_normals || o->packed) ? 8 : 2;
+    l->lead = d->border == GTAO_BORDER_OPEN ? 0 : diagonal;
+    l->longest = gtaoi_imax(d->width, d->height) + l->lead;
+    l->pitch = n.pitch;
+    l->turned_pitch = (d->height + 2 * GTAOI_PAD + GTAOI_LANES + 15) & ~15;
+    if (l->turned_pitch % 1024 == 0)
+        l->turned_pitch += 16;
+    l->beyond_pitch = (d->width + 63) & ~63;
+    if (l->beyond_pitch % 1024 == 0)
+        l->beyond_pitch += 16;
+    l->sweep = gtaoi_align64(n.total);
+    l->turned = l->sweep + gtaoi_align64(sizeof(struct gtao_sweep));
+    l->tilt_x = l->turned + gtaoi_align64(w * (uint64_t)l->turned_pitch * 4);
+    l->tilt_y = l->tilt_x + gtaoi_align64(h * (uint64_t)l->pitch * 4);
+    l->beyond = l->tilt_y + gtaoi_align64(w * (uint64_t)l->turned_pitch * 4);
+    l->sums = l->beyond + gtaoi_align64(2 * (uint64_t)l->batch * h * (uint64_t)l->beyond_pitch * 4);
+    l->inverse = l->sums;
+    if (l->batch < near_desc.slices)
+        l->inverse += gtaoi_align64(h * (uint64_t)l->fields * ((w + 63) / 64 * 64) * 4);
+    l->total = l->inverse + ((uint64_t)l->longest + (uint64_t)l->far_reach + 64) * 4 + 63;
+    /* a group of lines: heights and hull; or the gradients of a band of rows */
+    l->work = (uint64_t)GTAOI_TILE * ((uint64_t)l->longest + 128) * 16;
+    if (l->work < (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4)
+        l->work = (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4;
+    l->work = gtaoi_align64(l->work) + 63;
+}
+
+GTAO_API size_t gtao_sweep_scratch_size(const gtao_desc *desc, const gtao_output *output,
+                                        const gtao_sweep_options *options) {
+    gtaoi_sweep_layout l;
+    if (gtaoi_check_sweep(desc, output, options) != GTAO_OK)
+        return 0;
+    gtaoi_plan_sweep(desc, output, options, &l);
+    return l.total <= SIZE_MAX ? (size_t)l.total : 0;
+}
+
+GTAO_API size_t gtao_sweep_work_size(const gtao_desc *desc, const gtao_sweep_options *options) {
+    gtaoi_sweep_layout l;
+    if (gtaoi_check_desc(desc) != GTAO_OK)
+        return 0;
+    gtaoi_plan_sweep(desc, 0, options, &l);
+    return l.work <= SIZE_MAX ? (size_t)l.work : 0;
+}
+
+GTAO_API gtao_result gtao_sweep_begin(const gtao_desc *desc, const gtao_output *output,
+                                      const gtao_sweep_options *options, void *scratch, size_t scratch_size,
+                                      gtao_sweep **sweep) {
+    gtao_result result = gtaoi_check_sweep(desc, output, options);
+    gtao_output none;
+    gtao_desc near_desc;
+    gtaoi_sweep_layout l;
+    gtao_context *c;
+    gtao_sweep *s;
+    char *base;
+    size_t i;
+    if (result != GTAO_OK)
+        return result;
+    gtaoi_plan_sweep(desc, output, options, &l);
+    if (!scratch || scratch_size < l.total || !sweep)
+        return GTAO_ERROR_SCRATCH;
+    memset(&none, 0, sizeof none);
+    none.visibility = scratch;
+    near_desc = gtaoi_near_desc(desc);
+    result = gtao_begin(&near_desc, output ? output : &none, scratch, scratch_size, &c);
+    if (result != GTAO_OK)
+        return result;
+    base = (char *)c;
+    s = (gtao_sweep *)(void *)(base + l.sweep);
+    memset(s, 0, sizeof *s);
+    *sweep = s;
+    s->c = c;
+    if (!output)
+        c->o.visibility = 0;
+    if (options)
+        s->o = *options;
+    if (s->o.region[2] == 0)
+        s->o.region[2] = desc->width, s->o.region[3] = desc->height;
+    if (s->o.horizon_stride == 0)
+        s->o.horizon_stride = (ptrdiff_t)desc->width * 4;
+    if (s->o.horizon_plane == 0)
+        s->o.horizon_plane = (s->o.horizon_stride < 0 ? -s->o.horizon_stride : s->o.horizon_stride) * desc->height;
+    c->x_begin = s->o.region[0], c->x_end = s->o.region[2];
+    for (i = 0; i < (size_t)c->period * (size_t)c->period * (size_t)c->slices * (size_t)c->classes; i++)
+        c->count[i] = gtaoi_imin(c->count[i], GTAO_SWEEP_NEAR);
+    s->batch = l.batch, s->fields = l.fields, s->lead = l.lead;
+    s->y_begin = s->o.region[1], s->y_end = s->o.region[3];
+    s->bands = (desc->height + GTAOI_TILE - 1) / GTAOI_TILE;
+    s->turned_pitch = l.turned_pitch, s->beyond_pitch = l.beyond_pitch;
+    s->turned = (float *)(void *)(base + l.turned) + GTAOI_PAD;
+    s->tilt_x = (float *)(void *)(base + l.tilt_x) + GTAOI_PAD;
+    s->tilt_y = (float *)(void *)(base + l.tilt_y) + GTAOI_PAD;
+    s->beyond = (float *)(void *)(base + l.beyond);
+    s->beyond_plane = (size_t)desc->height * (size_t)l.beyond_pitch;
+    s->sums = (float *)(void *)(base + l.sums);
+    s->sums_row = (size_t)((desc->width + 63) & ~63) * (size_t)l.fields;
+    s->inverse = (float *)(void *)(base + l.inverse);
+    s->inverse[0] = 0.0f;
+    for (i = 1; i < (size_t)(l.longest + l.far_reach + 64); i++)
+        s->inverse[i] = (float)(1.0 / (double)i);
+    return GTAO_OK;
+}
+
+/* Phases: heights; gradients and the turned buffers; then, for every batch of slices, lines and rows. */
+GTAO_API int gtao_sweep_phases(const gtao_sweep *sweep) {
+    return 2 + 2 * ((sweep->c->slices + sweep->batch - 1) / sweep->batch);
+}
+
+static gtaoi_cut gtaoi_cut_slice(const gtao_sweep *s, int k) {
+    GTAOI_NO_CONTRACT
+    const gtao_context *c = s->c;
+    gtaoi_cut cut;
+    double dx, dy, low, high, golden = ((double)k + 1.0) * 0.61803398874989485;
+    gtaoi_sincospi(((double)k + 0.5) / (double)c->slices, &dy, &dx);
+    cut.x_major = (dx < 0.0 ? -dx : dx) >= (dy < 0.0 ? -dy : dy);
+    cut.n_major = cut.x_major ? c->d.width : c->d.height;
+    cut.n_minor = cut.x_major ? c->d.height : c->d.width;
+    cut.slope = cut.x_major ? dy / dx : dx / dy;
+    cut.phase = golden - (double)(int)golden; /* so that the lines of different slices pass the pixels differently */
+    cut.toward = (cut.x_major ? dx : dy) < 0.0 ? 1 : -1;
+    low = cut.slope * (double)(cut.n_major - 1), high = low > 0.0 ? low : 0.0;
+    low = low < 0.0 ? low : 0.0;
+    cut.line_begin = 0, cut.groups = (cut.n_minor + GTAOI_TILE - 1) / GTAOI_TILE;
+    if (c->d.border != GTAO_BORDER_WRAP) {
+        cut.line_begin = -(int)high - 2;
+        cut.groups = (cut.n_minor + 1 - (int)low - cut.line_begin + GTAOI_TILE) / GTAOI_TILE;
+    }
+    return cut;
+}
+
+static int gtaoi_batch_end(const gtao_sweep *s, int phase) {
+    return gtaoi_imin((phase / 2) * s->batch, s->c->slices);
+}
+
+GTAO_API int gtao_sweep_units(const gtao_sweep *sweep, int phase) {
+    int k, units = 0;
+    if (phase < 0 || phase >= gtao_sweep_phases(sweep))
+        return 0;
+    if (phase < 2)
+        return sweep->bands;
+    if (phase & 1)
+        return (sweep->y_end - sweep->y_begin + GTAOI_TILE - 1) / GTAOI_TILE;
+    for (k = (phase / 2 - 1) * sweep->batch; k < gtaoi_batch_end(sweep, phase); k++)
+        units += 2 * gtaoi_cut_slice(sweep, k).groups;
+    return units;
+}
+
+/* Gradients of a band of rows, and its share of the turned buffers. */
+static void gtaoi_sweep_turn(const gtao_sweep *s, int band, float *work) {
+    gtao_context c = *s->c;
+    gtaoi_pass pass;
+    int w = c.d.width, h = c.d.height, y0 = band * GTAOI_TILE, y1 = gtaoi_imin(y0 + GTAOI_TILE, h), x, y, i;
+    memset(&pass, 0, sizeof pass);
+    memset(work, 0, GTAOI_TILE * (size_t)c.pitch * sizeof(float));
+    for (y = y0; y < y1; y++) {
+        float *row = s->tilt_x + (ptrdiff_t)y * c.pitch - GTAOI_PAD;
+        memset(row, 0, (size_t)c.pitch * sizeof(float));
+    }
+    pass.tilt_x = s->tilt_x, pass.tilt_x_pitch = c.pitch;
+    pass.tilt_y = work - (ptrdiff_t)y0 * c.pitch, pass.tilt_y_pitch = c.pitch;
+    c.pass = &pass, c.x_begin = 0, c.x_end = w;
+    gtao_visibility_rows(&c, y0, y1, 0);
+    for (y = y0 == 0 ? -GTAOI_PAD : y0; y < (y1 == h ? (int)s->turned_pitch - GTAOI_PAD : y1); y++) {
+        const float *heights = gtaoi_row(&c, y) + GTAOI_PAD;
+        int inside = y >= 0 && y < h;
+        for (x = 0; x < w; x++) {
+            ptrdiff_t at = (ptrdiff_t)x * s->turned_pitch + y;
+            s->turned[at] = heights[x];
+            s->tilt_y[at] = inside ? work[(ptrdiff_t)(y - y0) * c.pitch + x] : 0.0f;
+        }
+    }
+    for (i = 0; i < 2 * s->batch; i++) /* what is read past the rows' ends */
+        for (y = y0; y < y1; y++)
+            for (x = w; x < s->beyond_pitch; x++)
+                s->beyond[(size_t)i * s->beyond_plane + (size_t)((ptrdiff_t)y * s->beyond_pitch + x)] = 0.0f;
+}
+
+/* First and last + 1 column at which a group of lines is over the image, give or take one. */
+static void gtaoi_sweep_span(const gtaoi_cut *cut, int line, int *begin, int *end) {
+    GTAOI_NO_CONTRACT
+    /* -GTAOI_TILE - 1 < line + slope i + phase < n_minor */
+    double low = (double)(-GTAOI_TILE - 1 - line) - cut->phase, high = (double)(cut->n_minor - line) - cut->phase;
+    double n = (double)cut->n_major;
+    *begin = 0, *end = cut->n_major;
+    if (cut->slope < 0.0) {
+        double swap = -low;
+        low = -high, high = swap;
+    }
+    if (cut->slope == 0.0) {
+        if (low >= 0.0 || high <= 0.0)
+            *end = 0;
+        return;
+    }
+    low /= cut->slope < 0.0 ? -cut->slope : cut->slope;
+    high /= cut->slope < 0.0 ? -cut->slope : cut->slope;
+    *begin = low <= 0.0 ? 0 : low >= n ? cut->n_major : (int)low;
+    *end = high >= n ? cut->n_major : high <= 0.0 ? 0 : gtaoi_imin((int)high + 1, cut->n_major);
+}
+
+static void gtaoi_sweep_group(const gtao_sweep *s, int k, int side, int group, int plane, void *work) {
+    const gtao_context *c = s->c;
+    gtaoi_cut cut = gtaoi_cut_slice(s, k);
+    gtaoi_lines l;
+    int begin = 0, end = cut.n_major, i;
+    memset(&l, 0, sizeof l);
+    l.c = c;
+    l.x_major = cut.x_major, l.n_major = cut.n_major, l.n_minor = cut.n_minor;
+    l.plane = cut.x_major ? s->turned : c->w + GTAOI_PAD;
+    l.tilt = cut.x_major ? s->tilt_y : s->tilt_x;
+    l.pitch = cut.x_major ? s->turned_pitch : c->pitch;
+    l.slope = cut.slope, l.phase = cut.phase;
+    l.line = cut.line_begin + group * GTAOI_TILE;
+    if (c->d.border != GTAO_BORDER_WRAP)
+        gtaoi_sweep_span(&cut, l.line, &begin, &end);
+    if (begin >= end)
+        return;
+    l.toward = side ? -cut.toward : cut.toward;
+    l.lead = s->lead, l.count = end - begin + s->lead;
+    l.first = l.toward > 0 ? begin - s->lead : end - 1 + s->lead;
+    for (i = 0; i < 2; i++) {
+        int along_x = i == 0 ? cut.x_major : !cut.x_major;
+        l.want_begin[i] = s->o.region[along_x ? 0 : 1], l.want_end[i] = s->o.region[along_x ? 2 : 3];
+    }
+    l.beyond = s->beyond + (size_t)plane * s->beyond_plane, l.beyond_pitch = s->beyond_pitch;
+    l.inverse = s->inverse;
+    l.length = (l.count + 15) / 16 * 16 + 64;
+    l.strip = (float *)work + 48;
+    l.vertex_t = (int32_t *)work + GTAOI_TILE * l.length;
+    l.vertex_w = (float *)work + 2 * GTAOI_TILE * l.length;
+    l.vertex_s = (float *)work + 3 * GTAOI_TILE * l.length;
+    for (i = 0; i < GTAOI_TILE; i++)
+        gtaoi_fill_sky(l.strip + i * l.length - 48, 48);
+    GTAOI_DISPATCH(c->d.isa, gtaoi_sweep_lines, (&l));
+}
+
+GTAO_API void gtao_sweep_run(const gtao_sweep *sweep, int phase, int unit_begin, int unit_end, void *work) {
+    int unit, k, first = (phase / 2 - 1) * sweep->batch;
+    if (phase < 0 || phase >= gtao_sweep_phases(sweep))
+        return;
+    work = (char *)work + ((64 - ((uintptr_t)work & 63)) & 63);
+    unit_begin = gtaoi_imax(unit_begin, 0), unit_end = gtaoi_imin(unit_end, gtao_sweep_units(sweep, phase));
+    for (unit = unit_begin; unit < unit_end; unit++) {
+        if (phase == 0) {
+            gtao_prepare_rows(sweep->c, unit * GTAOI_TILE, (unit + 1) * GTAOI_TILE);
+        } else if (phase == 1) {
+            gtaoi_sweep_turn(sweep, unit, (float *)work);
+        } else if (phase & 1) {
+            gtao_context c = *sweep->c;
+            gtaoi_pass pass;
+            int y = sweep->y_begin + unit * GTAOI_TILE;
+            memset(&pass, 0, sizeof pass);
+            pass.beyond = sweep->beyond, pass.beyond_pitch = sweep->beyond_pitch;
+            pass.beyond_plane = sweep->beyond_plane;
+            pass.sums = sweep->sums, pass.sums_row = sweep->sums_row, pass.fields = sweep->fields;
+            pass.options = &sweep->o;
+            c.pass = &pass, c.slice_begin = first, c.slice_end = gtaoi_batch_end(sweep, phase);
+            gtao_visibility_rows(&c, y, gtaoi_imin(y + GTAOI_TILE, sweep->y_end), 0);
+        } else {
+            int rest = unit;
+            for (k = first; rest >= 2 * gtaoi_cut_slice(sweep, k).groups; k++)
+                rest -= 2 * gtaoi_cut_slice(sweep, k).groups;
+            gtaoi_sweep_group(sweep, k, rest & 1, rest >> 1, 2 * (k - first) + (rest & 1), work);
+        }
+    }
+}
+
+GTAO_API gtao_result gtao_sweep_compute(const gtao_desc *desc, const gtao_output *output,
+                                        const gtao_sweep_options *options, void *scratch, size_t scratch_size,
+                                        gtao_progress progress, void *user) {
+    gtao_sweep *sweep;
+    gtao_result result = gtaoi_check_sweep(desc, output, options);
+    size_t work = gtao_sweep_work_size(desc, options);
+    int phase, unit;
+    double phases;
+    if (result == GTAO_OK && (!scratch || scratch_size < work))
+        result = GTAO_ERROR_SCRATCH;
+    if (result == GTAO_OK)
+        result = gtao_sweep_begin(desc, output, options, (char *)scratch + work, scratch_size - work, &sweep);
+    if (result != GTAO_OK)
+        return result;
+    phases = (double)gtao_sweep_phases(sweep);
+    for (phase = 0; phase < gtao_sweep_phases(sweep); phase++) {
+        int units = gtao_sweep_units(sweep, phase), some = units / 16 + 1;
+        for (unit = 0; unit < units; unit += some) {
+            gtao_sweep_run(sweep, phase, unit, unit + some, scratch);
+            if (progress && progress(user, ((double)phase + (double)gtaoi_imin(unit + some, units) / (double)units) /
+                                               phases))
+                return GTAO_CANCELLED;
+        }
+    }
     return GTAO_OK;
 }
 
@@ -2928,6 +3413,213 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_finish)(const gtao_context *c, GTAOI_PIXEL *p, cons
     return visible;
 }
 
+/* ---- the sweep -------------------------------------------------------------------------------------------------- */
+
+/* out[j][i] = in[i][j] of 16 x 16. */
+GTAOI_FI void GTAOI_NAME(gtaoi_turn16)(const float *in, float *out, ptrdiff_t pitch) {
+    int i, j, k;
+    for (i = 0; i < GTAOI_TILE; i += GTAOI_W)
+        for (j = 0; j < GTAOI_TILE; j += 4) {
+            GV v[4];
+            GTAOI_NAME(gtaoi_load4)(in + i * GTAOI_TILE + j, GTAOI_TILE, v);
+            for (k = 0; k < 4; k++)
+                GV_STORE(out + (j + k) * pitch + i, v[k]);
+        }
+}
+
+/* Heights of 16 lines at 16 positions, to the strips; and of the receivers' tangent planes beside them, to
+ * base[line][position]. A height on a line is linear between two pixels of one surface, or that of the nearer one; one
+ * surface: the step is small, or goes on from either side. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile, float *base, int *column, int *minor) {
+    GTAOI_NO_CONTRACT
+    float heights[GTAOI_TILE * GTAOI_TILE], bases[GTAOI_TILE * GTAOI_TILE];
+    const gtao_context *c = l->c;
+    int u, k, wrap = c->d.border == GTAO_BORDER_WRAP;
+    for (u = 0; u < GTAOI_TILE; u++) {
+        int position = tile * GTAOI_TILE + u, i = l->first + l->toward * position, whole, up, at, row = i;
+        double place = l->slope * (double)i + l->phase, fraction;
+        const float *p, *tilt;
+        whole = (int)place - ((double)(int)place > place);
+        fraction = place - (double)whole;
+        up = fraction >= 0.5;
+        at = l->line + whole;
+        column[u] = i, minor[u] = at + up;
+        if (position >= l->count) {
+            column[u] = -1;
+            gtaoi_fill_sky(heights + u * GTAOI_TILE, GTAOI_TILE);
+            gtaoi_fill_sky(bases + u * GTAOI_TILE, GTAOI_TILE);
+            continue;
+        }
+        if (wrap)
+            at = gtaoi_wrap(at, l->n_minor), row = gtaoi_wrap(i, l->n_major), minor[u] = at + up;
+        else
+            at = gtaoi_imin(gtaoi_imax(at, -18), l->n_minor + 1), row = gtaoi_imin(gtaoi_imax(i, 0), l->n_major - 1);
+        p = l->plane + (ptrdiff_t)row * l->pitch + at, tilt = l->tilt + (ptrdiff_t)row * l->pitch + at + up;
+        for (k = 0; k < GTAOI_TILE; k += GTAOI_W) {
+            GV a = GV_LOAD(p + k), b = GV_LOAD(p + k + 1), before = GV_LOAD(p + k - 1), after = GV_LOAD(p + k + 2);
+            GV step = GV_SUB(b, a), limit = GV_SET(c->same_surface), nearest = up ? b : a;
+            GM one;
+            if (!c->orthographic)
+                limit = GV_MUL(limit, GV_MIN(GV_ABS(a), GV_ABS(b)));
+            one = GM_OR(GV_LE(GV_ABS(step), limit), GM_OR(GV_LE(GV_ABS(GV_SUB(step, GV_SUB(a, before))), limit),
+                                                          GV_LE(GV_ABS(GV_SUB(step, GV_SUB(after, b))), limit)));
+            GV_STORE(heights + u * GTAOI_TILE + k,
+                     GV_SELECT(one, GV_ADD(a, GV_MUL(GV_SET((float)fraction), step)), nearest));
+            GV_STORE(bases + u * GTAOI_TILE + k,
+                     GV_ADD(nearest, GV_MUL(GV_LOAD(tilt + k), GV_SET((float)(fraction - (double)up)))));
+        }
+    }
+    GTAOI_NAME(gtaoi_turn16)(heights, l->strip + tile * GTAOI_TILE, l->length);
+    GTAOI_NAME(gtaoi_turn16)(bases, base, GTAOI_TILE);
+}
+
+/* Samples [at, at + 16) of one line to its hull: first, many at once, those that are above the chord of their
+ * neighbours. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sweep_push)(gtaoi_lines *l, int line, int at) {
+    GTAOI_NO_CONTRACT
+    const float *strip = l->strip + (ptrdiff_t)line * l->length + at;
+    unsigned bits = 0;
+    int k;
+    for (k = 0; k < GTAOI_TILE; k += GTAOI_W) {
+        GV w = GV_LOAD(strip + k), twice = GV_ADD(w, w);
+        GM above = GV_LT(GV_ADD(GV_LOAD(strip + k - 1), GV_LOAD(strip + k + 1)), twice);
+        above = GM_AND(above, GV_LT(GV_ADD(GV_LOAD(strip + k - 2), GV_LOAD(strip + k + 2)), twice));
+        above = GM_AND(above, GV_LT(GV_ADD(GV_LOAD(strip + k - 4), GV_LOAD(strip + k + 4)), twice));
+        bits |= GM_BITS(above) << k;
+    }
+    for (k = 0; bits; k++, bits >>= 1)
+        if (bits & 1)
+            gtaoi_push_vertex(l, line, at + k, strip[k]);
+}
+
+/* Largest slopes from the 16 receivers of one line and tile to what lies GTAO_SWEEP_NEAR and more behind them: the
+ * samples that are not in the hull yet, then the hull's vertices from the nearest on, for as long as they rise for any
+ * of the 16. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sweep_query)(const gtaoi_lines *l, int line, int tile, const float *base, float *out) {
+    GTAOI_NO_CONTRACT
+    enum { N = GTAOI_TILE / GTAOI_W, FIRST = GTAO_SWEEP_NEAR + 1, LAST = GTAO_SWEEP_NEAR + GTAOI_LAG + GTAOI_TILE - 1 };
+    const float *strip = l->strip + (ptrdiff_t)line * l->length + tile * GTAOI_TILE;
+    const int32_t *ts = l->vertex_t + (ptrdiff_t)line * l->length;
+    const float *ws = l->vertex_w + (ptrdiff_t)line * l->length;
+    GV b[N], best[N], hull[N];
+    int k, v, n;
+    for (n = 0; n < N; n++) {
+        b[n] = GV_LOAD(base + n * GTAOI_W);
+        best[n] = hull[n] = GV_SET(GTAOI_SKY);
+    }
+    for (k = FIRST; k <= LAST; k++) {
+        GV inv = GV_SET(l->inverse[k]);
+        for (n = 0; n < N; n++)
+            best[n] = GV_MAX(best[n], GV_MUL(GV_SUB(GV_LOAD(strip + n * GTAOI_W - k), b[n]), inv));
+    }
+    for (v = l->depth[line] - 1; v >= 0; v--) {
+        GV w = GV_SET(ws[v]);
+        const float *inv = l->inverse + (tile * GTAOI_TILE - ts[v]);
+        int rising = 0;
+        for (n = 0; n < N; n++) {
+            GV slope = GV_MUL(GV_SUB(w, b[n]), GV_LOAD(inv + n * GTAOI_W));
+            rising |= GM_ANY(GV_LT(hull[n], slope));
+            hull[n] = GV_MAX(hull[n], slope);
+        }
+        if (!rising)
+            break;
+    }
+    for (n = 0; n < N; n++)
+        GV_STORE(out + n * GTAOI_W, GV_MAX(best[n], hull[n]));
+}
+
+/* One group of lines, from its first position to its last. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sweep_lines)(gtaoi_lines *l) {
+    int tile, line, u, tiles = (l->count + GTAOI_TILE - 1) / GTAOI_TILE;
+    for (tile = 0; tile < tiles; tile++) {
+        float base[GTAOI_TILE * GTAOI_TILE], found[GTAOI_TILE * GTAOI_TILE], turned[GTAOI_TILE * GTAOI_TILE];
+        int column[GTAOI_TILE], minor[GTAOI_TILE], wanted = 0, at = tile * GTAOI_TILE;
+        GTAOI_NAME(gtaoi_sweep_read)(l, tile, base, column, minor);
+        for (u = 0; u < GTAOI_TILE; u++) {
+            if (at + u < l->lead || column[u] < l->want_begin[0] || column[u] >= l->want_end[0])
+                column[u] = -1;
+            wanted |= column[u] >= 0;
+        }
+        for (line = 0; line < GTAOI_TILE; line++)
+            GTAOI_NAME(gtaoi_sweep_push)(l, line, at - GTAO_SWEEP_NEAR - GTAOI_LAG - GTAOI_TILE);
+        if (!wanted)
+            continue;
+        for (line = 0; line < GTAOI_TILE; line++)
+            GTAOI_NAME(gtaoi_sweep_query)
+        (l, line, tile, base + line * GTAOI_TILE, found + line * GTAOI_TILE);
+        if (!l->x_major)
+            GTAOI_NAME(gtaoi_turn16)(found, turned, GTAOI_TILE);
+        gtaoi_sweep_store(l, column, minor, l->x_major ? found : turned);
+    }
+}
+
+/* Gradients of the tangent planes of a block of pixels; zero where there are none. */
+GTAOI_FN void GTAOI_NAME(gtaoi_keep_tilts)(const gtaoi_pass *pass, const GTAOI_PIXEL *p, const GM *active, int groups,
+                                           int x, int y) {
+    int g;
+    for (g = 0; g < groups; g++, x += GTAOI_W) {
+        GV_STORE(pass->tilt_x + (ptrdiff_t)y * pass->tilt_x_pitch + x, GV_IF(active[g], p[g].gx));
+        GV_STORE(pass->tilt_y + (ptrdiff_t)y * pass->tilt_y_pitch + x, GV_IF(active[g], p[g].gy));
+    }
+}
+
+/* Sums of a block between the batches of a sweep: read, or kept. Here the sums of further outputs would join. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sums)(const gtao_context *c, GTAOI_SUM *sum, int groups, int x, int y, int keep) {
+    float *at = c->pass->sums + (size_t)y * c->pass->sums_row + (size_t)x * (size_t)c->pass->fields;
+    int g, i, n = c->pass->fields;
+    for (g = 0; g < groups; g++) {
+        GV *field[7];
+        field[0] = &sum[g].visible, field[1] = &sum[g].open, field[2] = &sum[g].jacobian_open;
+        field[3] = &sum[g].bx, field[4] = &sum[g].by, field[5] = &sum[g].bz, field[6] = &sum[g].bv;
+        for (i = 0; i < gtaoi_imin(n, 7); i++, at += GTAOI_W) {
+            if (keep)
+                GV_STORE(at, *field[i]);
+            else
+                *field[i] = GV_LOAD(at);
+        }
+        if (n > 7) {
+            if (keep)
+                GV_STORE(at, GV_IF(sum[g].occluded, GV_SET(1.0f)));
+            else
+                sum[g].occluded = GV_LT(GV_SET(0.5f), GV_LOAD(at));
+            at += GTAOI_W;
+        }
+    }
+}
+
+/* The far horizons join the near ones; and the horizon maps. */
+GTAOI_FN void GTAOI_NAME(gtaoi_add_far)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                        GTAOI_HORIZONS *s, const GM *active, int groups, int k, int x, int y) {
+    GTAOI_NO_CONTRACT
+    const gtaoi_pass *pass = c->pass;
+    const float *from = pass->beyond + (size_t)(2 * (k - c->slice_begin)) * pass->beyond_plane +
+                        (ptrdiff_t)y * pass->beyond_pitch;
+    int g, side, i;
+    for (g = 0; g < groups; g++, x += GTAOI_W) {
+        GV unit = GV_MAX(GV_ABS(f[g].dx), GV_ABS(f[g].dy));
+        GV tangent = GV_ADD(GV_MUL(p[g].gx, f[g].dx), GV_MUL(p[g].gy, f[g].dy));
+        if (!GM_ANY(active[g]))
+            continue;
+        for (side = 0; side < 2; side++) {
+            GV slope = GV_MUL(GV_LOAD(from + (size_t)side * pass->beyond_plane + x), unit);
+            s[g].rise[side] = GV_MAX(s[g].rise[side], side ? GV_ADD(slope, tangent) : GV_SUB(slope, tangent));
+            if (pass->options->horizons) {
+                GM occluded = active[g];
+                GV kappa = GTAOI_NAME(gtaoi_kappa)(c, &f[g], &s[g], side, &occluded);
+                float angle[GTAOI_W];
+                float *to = (float *)(void *)((char *)pass->options->horizons +
+                                              (ptrdiff_t)(2 * k + side) * pass->options->horizon_plane +
+                                              (ptrdiff_t)y * pass->options->horizon_stride);
+                GV_STORE(angle, GV_SELECT(active[g], GTAOI_NAME(gtaoi_atan2)(GV_SET(1.0f), kappa),
+                                          GV_SET((float)(0.5 * GTAOI_PI))));
+                for (i = 0; i < GTAOI_W; i++)
+                    if (x + i >= c->x_begin && x + i < c->x_end)
+                        to[x + i] = angle[i];
+            }
+        }
+    }
+}
+
 /* Stage by stage over blocks of four groups, so that the stages' long dependency chains overlap. The groups are the
  * phases of one stretch of a row, or, if all directions are alike or each pixel has its own, follow one another. */
 GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1, gtao_stats *stats) {
@@ -2938,7 +3630,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
         const char *normals = d->normals ? (const char *)d->normals + (ptrdiff_t)y * d->normal_stride : 0;
         const uint8_t *mask = d->mask ? d->mask + (ptrdiff_t)y * d->mask_stride : 0;
         const float *row = gtaoi_row(c, y);
-        for (x0 = 0; x0 < d->width; x0 += BLOCK) {
+        for (x0 = c->x_begin & ~63; x0 < c->x_end; x0 += BLOCK) {
             float wanted[BLOCK], image_v[BLOCK], image_b[3 * BLOCK];
             const float *at[4];
             GV n[12], v[4], b[12]; /* normals and bent normals: [group][component] */
@@ -2968,7 +3660,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 sum[g].occluded = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
                 v[g] = GV_SET(1.0f);
             }
-            for (k = 0; any && k < c->slices; k++) {
+            if (c->pass && c->pass->tilt_x) {
+                GTAOI_NAME(gtaoi_keep_tilts)(c->pass, pixel, active, groups, x0, y);
+                continue;
+            }
+            if (c->slice_begin > 0)
+                GTAOI_NAME(gtaoi_sums)(c, sum, groups, x0, y, 0);
+            for (k = c->slice_begin; any && k < c->slice_end; k++) {
                 GTAOI_FRAME frame[4];
                 GTAOI_HORIZONS found[4];
                 int first = (y & (period - 1)) * period * c->slices + k, stride = period == 4 ? c->slices : 0;
@@ -2984,9 +3682,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                         (c, &pixel[g], &frame[g], &found[g], at[g], first + g * stride, active[g], x0 + g * step, y,
                          stats);
                     }
+                if (c->pass)
+                    GTAOI_NAME(gtaoi_add_far)(c, pixel, frame, found, active, groups, k, x0, y);
                 for (g = 0; g < groups; g++)
                     if (GM_ANY(active[g]))
                         GTAOI_NAME(gtaoi_integrate)(c, &pixel[g], &frame[g], &found[g], &sum[g]);
+            }
+            if (c->slice_end < c->slices) { /* more to come */
+                GTAOI_NAME(gtaoi_sums)(c, sum, groups, x0, y, 1);
+                continue;
             }
             for (g = 0; g < groups; g++) {
                 if (GM_ANY(active[g]))
@@ -3011,7 +3715,9 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 }
             }
             stats->pixels += (uint64_t)count;
-            gtaoi_store(c, x0, y, count, image_v, image_b);
+            j = gtaoi_imax(c->x_begin - x0, 0), count = gtaoi_imin(count, c->x_end - x0);
+            if (j < count)
+                gtaoi_store(c, x0 + j, y, count - j, image_v + j, image_b + 3 * j);
         }
     }
 }
