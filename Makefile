@@ -37,13 +37,17 @@ warnings := -Wall -Wextra -Wpedantic -Wshadow -Wundef -Wconversion -Wsign-conver
 cflags := -std=c99 -D_POSIX_C_SOURCE=200809L $(warnings) -ffp-contract=off $(flags_$(config)) -I. -Iexamples/common -pthread $(CFLAGS)
 libs := -lm
 exr_libs := -lOpenEXRCore
+# Optional packages, looked for when a recipe runs, since tests/setup.sh may just have installed them.
+hash := \#
+has_header = $(shell echo '$(hash)include <$(1)>' | $(CC) -E -x c - >/dev/null 2>&1 && echo yes)
+raster_libs = $(if $(call has_header,png.h),-lpng) $(if $(call has_header,tiffio.h),-ltiff)
 obj := build/obj/$(config)
 
 # ---- what there is --------------------------------------------------------------------------------------------------
 
 has_main = $(if $(1),$(shell grep -l '^int main' $(1)))
 
-examples := $(wildcard examples/*.c)
+examples := $(filter-out examples/bake_mpi.c,$(wildcard examples/*.c))
 benches := $(call has_main,$(wildcard tests/bench/*.c))
 all_suites := $(wildcard tests/unit/test_*.c tests/reference/test_*.c)
 # SUITES=test_api limits what is built and run to the suites named.
@@ -59,10 +63,10 @@ bench_programs := $(foreach f,$(benches),$(call program_of,$(f)))
 suite_programs := $(foreach f,$(suites),build/tests/$(basename $(notdir $(f))))
 objects = $(patsubst %.c,$(obj)/%.o,$(1))
 
-.PHONY: all demo test suites determinism golden strict bench fuzz msan figures format check-format coverage clean FORCE
+.PHONY: all bake-mpi demo test suites determinism golden strict bench fuzz msan figures format check-format coverage clean FORCE
 .DELETE_ON_ERROR:
 .PRECIOUS: build/setup/%
-all: $(programs)
+all: $(programs) bake-mpi
 
 # ---- objects --------------------------------------------------------------------------------------------------------
 
@@ -78,7 +82,7 @@ $(obj)/flags build/obj/config: FORCE
 	@mkdir -p $(@D)
 	@echo '$(text)' | cmp -s - $@ || echo '$(text)' > $@
 
-$(obj)/%.o: %.c $(obj)/flags | build/setup/build
+$(obj)/%.o: %.c $(obj)/flags | build/setup/build build/setup/bake
 	@mkdir -p $(@D)
 	$(call say,compile $<)
 	$(Q)$(CC) $(cflags) -MMD -MP -c $< -o $@
@@ -96,7 +100,7 @@ $(obj)/%.a:
 	@mkdir -p $(@D)
 	@rm -f $@ && ar rcs $@ $^
 
--include $(patsubst %.o,%.d,$(call objects,$(examples) $(benches) $(suites) $(common) $(reference) $(bench_common)))
+-include $(patsubst %.o,%.d,$(call objects,$(examples) examples/bake_mpi.c $(benches) $(suites) $(common) $(reference) $(bench_common)))
 
 # ---- programs -------------------------------------------------------------------------------------------------------
 
@@ -108,11 +112,21 @@ $(1): $(call objects,$(2)) $(3) build/obj/config
 	$$(Q)$$(CC) $$(cflags) $(call objects,$(2)) $(3) -Wl,--as-needed $(4) $$(libs) -o $$@
 endef
 
-$(foreach f,$(examples),$(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/common.a,$(exr_libs))))
+$(foreach f,$(examples),$(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/common.a,$(exr_libs) $$(raster_libs))))
 $(foreach f,$(suites),\
-  $(eval $(call program,build/tests/$(basename $(notdir $(f))),$(f),$(obj)/reference.a $(obj)/common.a,$(exr_libs) -lcmocka)))
+  $(eval $(call program,build/tests/$(basename $(notdir $(f))),$(f),$(obj)/reference.a $(obj)/common.a,$(exr_libs) $$(raster_libs) -lcmocka)))
 $(foreach f,$(benches),\
   $(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/bench.a $(obj)/reference.a $(obj)/common.a,$(exr_libs) -lembree3)))
+
+# Only where MPI is installed. Its headers are the system's: no warnings of ours in them.
+mpi_flags = $(patsubst -I%,-isystem %,$(shell mpicc --showme:compile 2>/dev/null))
+bake-mpi: $(programs) | build/setup/bake
+	@if command -v mpicc >/dev/null; then env -u MAKEFLAGS -u MFLAGS $(MAKE) --no-print-directory \
+	config='$(config)' CC='$(CC)' CFLAGS='$(CFLAGS)' V='$(V)' build/bake-mpi; \
+	else echo 'build/bake-mpi: left out, there is no mpicc'; fi
+
+$(call objects,examples/bake_mpi.c): private cflags += $(mpi_flags)
+$(eval $(call program,build/bake-mpi,examples/bake_mpi.c,$(obj)/common.a,$(exr_libs) $$(raster_libs) $$(shell mpicc --showme:link)))
 
 # ---- what to do with them -------------------------------------------------------------------------------------------
 
@@ -125,10 +139,10 @@ bench: $(bench_programs) | build/setup/figures
 	build/bench_multibounce $(if $(QUICK),--size 120x68 --paths 50,--size 240x135 --paths 200) > build/bench/multibounce.txt
 	tests/bench/publish.sh $(if $(QUICK),,docs)
 
-test: $(suite_programs) $(programs) | build/setup/test
+test: $(suite_programs) $(programs) bake-mpi | build/setup/test
 	@tests/run.sh $(suite_programs) tests/determinism.sh
 
-suites: $(suite_programs) $(programs)
+suites: $(suite_programs) $(programs) bake-mpi
 	@tests/run.sh $(suite_programs)
 
 determinism: | build/setup/test
