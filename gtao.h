@@ -1588,6 +1588,18 @@ static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float 
     }
 }
 
+/* Index of the lowest bit; m is not 0. */
+GTAOI_INLINE int gtaoi_lowest(unsigned m) {
+#if defined(__GNUC__) || defined(__clang__)
+    return __builtin_ctz(m);
+#else
+    int i = 0;
+    while (!(m >> i & 1))
+        i++;
+    return i;
+#endif
+}
+
 GTAOI_INLINE int gtaoi_popcount(unsigned m) { /* of 16 bits */
     m = (m & 0x5555u) + (m >> 1 & 0x5555u);
     m = (m & 0x3333u) + (m >> 2 & 0x3333u);
@@ -1692,6 +1704,12 @@ typedef struct gtaoi_sweep_layout {
     uint64_t work;                                                       /* bytes */
 } gtaoi_sweep_layout;
 
+/* Of an upper hull: position, height, and slope from the vertex before. */
+typedef struct gtaoi_vertex {
+    float w, slope;
+    int32_t t;
+} gtaoi_vertex;
+
 /* One group of lines on its way. */
 typedef struct gtaoi_lines {
     const gtao_context *c;
@@ -1708,46 +1726,56 @@ typedef struct gtaoi_lines {
     const float *inverse;
     float *strip;      /* heights on the lines, [line][position] */
     ptrdiff_t length;  /* of a line's part */
-    int32_t *vertex_t; /* upper hull, [line][length]: position, height, slope from the vertex before */
-    float *vertex_w, *vertex_s;
-    int depth[GTAOI_TILE]; /* vertices */
+    gtaoi_vertex *vertex;  /* upper hulls, [line][length] */
+    int depth[GTAOI_TILE]; /* last vertex */
 } gtaoi_lines;
 
-/* A further vertex at the end of a line's upper hull, whose slopes fall. */
-static void gtaoi_push_vertex(gtaoi_lines *l, int line, int t, float w) {
+/* Further vertices, the bits of 16 samples from `at` on, at the end of a line's upper hull, whose slopes fall. The first
+ * two stand so low that they are never taken nor seen. */
+static void gtaoi_push_vertices(gtaoi_lines *l, int line, int at, const float *w, unsigned bits) {
     GTAOI_NO_CONTRACT
-    ptrdiff_t base = (ptrdiff_t)line * l->length;
-    int32_t *ts = l->vertex_t + base;
-    float *ws = l->vertex_w + base, *ss = l->vertex_s + base, slope = 0.0f;
-    int n = l->depth[line];
-    for (; n > 0; n--) {
-        slope = (w - ws[n - 1]) * l->inverse[t - ts[n - 1]];
-        if (n == 1 || slope < ss[n - 1])
-            break;
+    gtaoi_vertex *first = l->vertex + (ptrdiff_t)line * l->length, *top = first + l->depth[line];
+    const float *inverse = l->inverse;
+    while (bits) {
+        int k = gtaoi_lowest(bits);
+        float slope = (w[k] - top->w) * inverse[at + k - top->t];
+        while (slope >= top->slope)
+            top--, slope = (w[k] - top->w) * inverse[at + k - top->t];
+        top++;
+        top->w = w[k], top->slope = slope, top->t = at + k;
+        bits &= bits - 1;
     }
-    ts[n] = t, ws[n] = w, ss[n] = slope;
-    l->depth[line] = n + 1;
+    l->depth[line] = (int)(top - first);
 }
 
 /* Far horizons of a tile to their plane: found[line][column] along x, found[column][line] along y. */
 static void gtaoi_sweep_store(const gtaoi_lines *l, const int *column, const int *minor, const float *found) {
-    int u, k, wrap = l->c->d.border == GTAO_BORDER_WRAP;
+    int u, k, wrap = l->c->d.border == GTAO_BORDER_WRAP, n = wrap ? l->n_minor - l->line : GTAOI_TILE, whole = n >= GTAOI_TILE;
+    ptrdiff_t offset[GTAOI_TILE], along = l->x_major ? l->beyond_pitch : 1, across = l->x_major ? 1 : l->beyond_pitch;
     for (u = 0; u < GTAOI_TILE; u++) {
-        float *to;
+        whole &= column[u] >= 0 && minor[u] >= l->want_begin[1] && minor[u] + GTAOI_TILE <= l->want_end[1];
+        offset[u] = minor[u] * along + column[u] * across;
+    }
+    if (whole && l->x_major) {
+        float *to = l->beyond;
+        for (k = 0; k < GTAOI_TILE; k++, to += l->beyond_pitch, found += GTAOI_TILE)
+            for (u = 0; u < GTAOI_TILE; u++)
+                to[offset[u]] = found[u];
+        return;
+    }
+    for (u = 0; u < GTAOI_TILE; u++) {
         const float *from = found + (l->x_major ? u : u * GTAOI_TILE);
-        int step = l->x_major ? GTAOI_TILE : 1, n = GTAOI_TILE;
-        ptrdiff_t pitch = l->x_major ? l->beyond_pitch : 1;
-        if (column[u] < 0)
+        int step = l->x_major ? GTAOI_TILE : 1;
+        if (whole) {
+            memcpy(l->beyond + offset[u], from, GTAOI_TILE * sizeof(float));
             continue;
-        to = l->beyond + (l->x_major ? column[u] : column[u] * l->beyond_pitch);
-        if (wrap)
-            n = gtaoi_imin(n, l->n_minor - l->line);
-        for (k = 0; k < n; k++) {
+        }
+        for (k = 0; column[u] >= 0 && k < gtaoi_imin(n, GTAOI_TILE); k++) {
             int y = minor[u] + k;
             if (wrap && y >= l->n_minor)
                 y = gtaoi_wrap(y, l->n_minor);
             if (y >= l->want_begin[1] && y < l->want_end[1])
-                to[y * pitch] = from[k * step];
+                l->beyond[y * along + column[u] * across] = from[k * step];
         }
     }
 }
@@ -1949,7 +1977,7 @@ static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gta
     l->inverse = l->sums;
     if (l->batch < near_desc.slices)
         l->inverse += gtaoi_align64(h * (uint64_t)l->fields * ((w + 63) / 64 * 64) * 4);
-    l->total = l->inverse + ((uint64_t)l->longest + (uint64_t)l->far_reach + 64) * 4 + 63;
+    l->total = l->inverse + ((uint64_t)l->longest + (uint64_t)l->far_reach + 128) * 4 + 63;
     /* a group of lines: heights and hull; or the gradients of a band of rows */
     l->work = (uint64_t)GTAOI_TILE * ((uint64_t)l->longest + 128) * 16;
     if (l->work < (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4)
@@ -2027,7 +2055,7 @@ GTAO_API gtao_result gtao_sweep_begin(const gtao_desc *desc, const gtao_output *
     s->sums_row = (size_t)((desc->width + 63) & ~63) * (size_t)l.fields;
     s->inverse = (float *)(void *)(base + l.inverse);
     s->inverse[0] = 0.0f;
-    for (i = 1; i < (size_t)(l.longest + l.far_reach + 64); i++)
+    for (i = 1; i < (size_t)(l.longest + l.far_reach + 128); i++)
         s->inverse[i] = (float)(1.0 / (double)i);
     return GTAO_OK;
 }
@@ -2156,11 +2184,14 @@ static void gtaoi_sweep_group(const gtao_sweep *s, int k, int side, int group, i
     l.inverse = s->inverse;
     l.length = (l.count + 15) / 16 * 16 + 64;
     l.strip = (float *)work + 48;
-    l.vertex_t = (int32_t *)work + GTAOI_TILE * l.length;
-    l.vertex_w = (float *)work + 2 * GTAOI_TILE * l.length;
-    l.vertex_s = (float *)work + 3 * GTAOI_TILE * l.length;
-    for (i = 0; i < GTAOI_TILE; i++)
+    l.vertex = (gtaoi_vertex *)(void *)((float *)work + GTAOI_TILE * l.length);
+    for (i = 0; i < GTAOI_TILE; i++) {
+        gtaoi_vertex *v = l.vertex + i * l.length;
         gtaoi_fill_sky(l.strip + i * l.length - 48, 48);
+        v->w = GTAOI_SKY, v->slope = FLT_MAX, v->t = -64;
+        v[1] = v[0];
+        l.depth[i] = 1;
+    }
     GTAOI_DISPATCH(c->d.isa, gtaoi_sweep_lines, (&l));
 }
 
@@ -3473,23 +3504,24 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile, float
     GTAOI_NAME(gtaoi_turn16)(bases, base, GTAOI_TILE);
 }
 
-/* Samples [at, at + 16) of one line to its hull: first, many at once, those that are above the chord of their
- * neighbours. */
+/* Samples [at, at + 16) of one line to its hull: those that lie on the hull of their neighbours, 8 behind and 4 ahead,
+ * where every slope from the left is greater than every one to the right. */
 GTAOI_FN void GTAOI_NAME(gtaoi_sweep_push)(gtaoi_lines *l, int line, int at) {
     GTAOI_NO_CONTRACT
     const float *strip = l->strip + (ptrdiff_t)line * l->length + at;
     unsigned bits = 0;
-    int k;
-    for (k = 0; k < GTAOI_TILE; k += GTAOI_W) {
-        GV w = GV_LOAD(strip + k), twice = GV_ADD(w, w);
-        GM above = GV_LT(GV_ADD(GV_LOAD(strip + k - 1), GV_LOAD(strip + k + 1)), twice);
-        above = GM_AND(above, GV_LT(GV_ADD(GV_LOAD(strip + k - 2), GV_LOAD(strip + k + 2)), twice));
-        above = GM_AND(above, GV_LT(GV_ADD(GV_LOAD(strip + k - 4), GV_LOAD(strip + k + 4)), twice));
-        bits |= GM_BITS(above) << k;
+    int i, k;
+    for (i = 0; i < GTAOI_TILE; i += GTAOI_W, strip += GTAOI_W) {
+        GV w = GV_LOAD(strip), left = GV_SUB(w, GV_LOAD(strip - 1)), right = GV_SUB(GV_LOAD(strip + 1), w);
+        for (k = 2; k <= 2 * GTAOI_LAG; k++) {
+            GV inv = GV_SET(1.0f / (float)k);
+            left = GV_MIN(left, GV_MUL(GV_SUB(w, GV_LOAD(strip - k)), inv));
+            if (k <= GTAOI_LAG)
+                right = GV_MAX(right, GV_MUL(GV_SUB(GV_LOAD(strip + k), w), inv));
+        }
+        bits |= GM_BITS(GV_LT(right, left)) << i;
     }
-    for (k = 0; bits; k++, bits >>= 1)
-        if (bits & 1)
-            gtaoi_push_vertex(l, line, at + k, strip[k]);
+    gtaoi_push_vertices(l, line, at, strip - GTAOI_TILE, bits);
 }
 
 /* Largest slopes from the 16 receivers of one line and tile to what lies GTAO_SWEEP_NEAR and more behind them: the
@@ -3499,10 +3531,9 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_query)(const gtaoi_lines *l, int line, int 
     GTAOI_NO_CONTRACT
     enum { N = GTAOI_TILE / GTAOI_W, FIRST = GTAO_SWEEP_NEAR + 1, LAST = GTAO_SWEEP_NEAR + GTAOI_LAG + GTAOI_TILE - 1 };
     const float *strip = l->strip + (ptrdiff_t)line * l->length + tile * GTAOI_TILE;
-    const int32_t *ts = l->vertex_t + (ptrdiff_t)line * l->length;
-    const float *ws = l->vertex_w + (ptrdiff_t)line * l->length;
+    const gtaoi_vertex *vertex = l->vertex + (ptrdiff_t)line * l->length + l->depth[line];
     GV b[N], best[N], hull[N];
-    int k, v, n;
+    int k, n, rising;
     for (n = 0; n < N; n++) {
         b[n] = GV_LOAD(base + n * GTAOI_W);
         best[n] = hull[n] = GV_SET(GTAOI_SKY);
@@ -3512,18 +3543,18 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_query)(const gtaoi_lines *l, int line, int 
         for (n = 0; n < N; n++)
             best[n] = GV_MAX(best[n], GV_MUL(GV_SUB(GV_LOAD(strip + n * GTAOI_W - k), b[n]), inv));
     }
-    for (v = l->depth[line] - 1; v >= 0; v--) {
-        GV w = GV_SET(ws[v]);
-        const float *inv = l->inverse + (tile * GTAOI_TILE - ts[v]);
-        int rising = 0;
-        for (n = 0; n < N; n++) {
-            GV slope = GV_MUL(GV_SUB(w, b[n]), GV_LOAD(inv + n * GTAOI_W));
+    do {
+        GV w = GV_SET(vertex[0].w), further = GV_SET(vertex[-1].w);
+        const float *inv = l->inverse + (tile * GTAOI_TILE - vertex[0].t);
+        const float *further_inv = l->inverse + (tile * GTAOI_TILE - vertex[-1].t);
+        for (rising = 0, n = 0; n < N; n++) {
+            GV slope = GV_MUL(GV_SUB(further, b[n]), GV_LOAD(further_inv + n * GTAOI_W));
+            hull[n] = GV_MAX(hull[n], GV_MUL(GV_SUB(w, b[n]), GV_LOAD(inv + n * GTAOI_W)));
             rising |= GM_ANY(GV_LT(hull[n], slope));
             hull[n] = GV_MAX(hull[n], slope);
         }
-        if (!rising)
-            break;
-    }
+        vertex -= 2;
+    } while (rising);
     for (n = 0; n < N; n++)
         GV_STORE(out + n * GTAOI_W, GV_MAX(best[n], hull[n]));
 }
