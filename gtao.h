@@ -359,7 +359,7 @@ GTAO_API int gtao_isa_available(gtao_isa isa);    /* compiled in and supported h
  *
  * All units of a phase must be done before any of the next. Results do not depend on order, threads, isa or batch. To
  * cancel, stop calling. */
-#define GTAO_SWEEP_NEAR 8 /* pixels along the slice's longer axis */
+#define GTAO_SWEEP_NEAR 4 /* pixels along the slice's longer axis */
 
 /* The map that the image is a tile of, coarsened: what lies beyond the tile's border, so that a map larger than memory
  * can be swept in tiles. Heights beyond the tile are read at steps of `scale` pixels; what a coarse pixel stands for is
@@ -1588,7 +1588,7 @@ static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float 
     }
 }
 
-/* Index of the lowest bit; m is not 0. */
+/* Index of the lowest and of the highest bit; m is not 0. */
 GTAOI_INLINE int gtaoi_lowest(unsigned m) {
 #if defined(__GNUC__) || defined(__clang__)
     return __builtin_ctz(m);
@@ -1596,6 +1596,17 @@ GTAOI_INLINE int gtaoi_lowest(unsigned m) {
     int i = 0;
     while (!(m >> i & 1))
         i++;
+    return i;
+#endif
+}
+
+GTAOI_INLINE int gtaoi_highest(unsigned m) {
+#if defined(__GNUC__) || defined(__clang__)
+    return 31 - __builtin_clz(m);
+#else
+    int i = 31;
+    while (!(m >> i & 1))
+        i--;
     return i;
 #endif
 }
@@ -1655,7 +1666,8 @@ static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int
 /* ---- the sweep: plan -------------------------------------------------------------------------------------------- */
 
 #define GTAOI_TILE 16  /* lines in a group and columns in a tile, whatever the width: part of the results */
-#define GTAOI_LAG 4    /* a sample is compared with its neighbours so far off before it becomes a vertex */
+#define GTAOI_LAG 8    /* a sample is compared with its neighbours so far off before it becomes a vertex */
+#define GTAOI_MARGIN 64 /* positions of sky before and after each line */
 
 /* What one pass of a sweep over the rows reads and writes. */
 typedef struct gtaoi_pass {
@@ -1675,7 +1687,7 @@ typedef struct gtaoi_cut {
     int x_major, n_major, n_minor;
     double slope, phase;
     int line_begin, groups;
-    int toward; /* columns go by this on the + side */
+    int ascending; /* the columns, along the slice */
 } gtaoi_cut;
 
 struct gtao_sweep {
@@ -1698,7 +1710,7 @@ struct gtao_sweep {
 };
 
 typedef struct gtaoi_sweep_layout {
-    int batch, fields, longest, lead, far_reach;
+    int batch, fields, longest, lead, far_reach, farthest;
     ptrdiff_t pitch, turned_pitch, beyond_pitch;
     uint64_t sweep, turned, tilt_x, tilt_y, beyond, sums, inverse, total; /* byte offsets */
     uint64_t work;                                                       /* bytes */
@@ -1718,64 +1730,85 @@ typedef struct gtaoi_lines {
     int n_major, n_minor, x_major;
     double slope, phase;
     int line;            /* the first */
-    int first, toward;   /* column of position 0, and +1 or -1 */
-    int lead, count;     /* positions before the first receiver, and all */
-    int want_begin[2], want_end[2]; /* along the major and minor axis */
+    int first;           /* column of position 0 */
+    int begin, end;      /* positions of receivers */
+    int count, tiles;    /* positions */
+    int backward[2];     /* whether the + and - sides look towards the greater columns */
+    int want_begin, want_end; /* along the minor axis */
     float *beyond;
     ptrdiff_t beyond_pitch;
-    const float *inverse;
-    float *strip;      /* heights on the lines, [line][position] */
-    ptrdiff_t length;  /* of a line's part */
-    gtaoi_vertex *vertex;  /* upper hulls, [line][length] */
+    size_t beyond_plane;
+    const float *inverse; /* 1 / |k|, k also negative */
+    ptrdiff_t length;     /* of a line's part of the buffers */
+    float *strip;         /* heights on the lines, [line][position] */
+    float *base;          /* heights of the receivers' tangent planes on the lines */
+    gtaoi_vertex *vertex; /* upper hulls, [line][length] */
+    int *minor;           /* pixel of the first line at each position */
+    uint16_t *above;      /* [line][tile]: samples that may be vertices */
     int depth[GTAOI_TILE]; /* last vertex */
 } gtaoi_lines;
 
 /* Further vertices, the bits of 16 samples from `at` on, at the end of a line's upper hull, whose slopes fall. The first
  * two stand so low that they are never taken nor seen. */
-static void gtaoi_push_vertices(gtaoi_lines *l, int line, int at, const float *w, unsigned bits) {
+static void gtaoi_push_vertices(gtaoi_lines *l, int line, int at, unsigned bits, int backward) {
     GTAOI_NO_CONTRACT
     gtaoi_vertex *first = l->vertex + (ptrdiff_t)line * l->length, *top = first + l->depth[line];
-    const float *inverse = l->inverse;
+    const float *inverse = l->inverse, *w = l->strip + (ptrdiff_t)line * l->length + at;
     while (bits) {
-        int k = gtaoi_lowest(bits);
+        int k = backward ? gtaoi_highest(bits) : gtaoi_lowest(bits);
         float slope = (w[k] - top->w) * inverse[at + k - top->t];
         while (slope >= top->slope)
             top--, slope = (w[k] - top->w) * inverse[at + k - top->t];
         top++;
         top->w = w[k], top->slope = slope, top->t = at + k;
-        bits &= bits - 1;
+        bits ^= 1u << k;
     }
     l->depth[line] = (int)(top - first);
 }
 
-/* Far horizons of a tile to their plane: found[line][column] along x, found[column][line] along y. */
-static void gtaoi_sweep_store(const gtaoi_lines *l, const int *column, const int *minor, const float *found) {
-    int u, k, wrap = l->c->d.border == GTAO_BORDER_WRAP, n = wrap ? l->n_minor - l->line : GTAOI_TILE, whole = n >= GTAOI_TILE;
+/* Empty hulls, and sky around the lines. */
+static void gtaoi_sweep_start(gtaoi_lines *l, int backward) {
+    int i;
+    for (i = 0; i < GTAOI_TILE; i++) {
+        gtaoi_vertex *v = l->vertex + i * l->length;
+        float *strip = l->strip + i * l->length;
+        gtaoi_fill_sky(strip - GTAOI_MARGIN, GTAOI_MARGIN);
+        gtaoi_fill_sky(strip + l->tiles * GTAOI_TILE, GTAOI_MARGIN);
+        v->w = GTAOI_SKY, v->slope = FLT_MAX;
+        v->t = backward ? l->tiles * GTAOI_TILE + GTAOI_MARGIN : -GTAOI_MARGIN;
+        v[1] = v[0];
+        l->depth[i] = 1;
+    }
+}
+
+/* Far horizons of a tile to their plane: found[line][position]; turned[position][line] if the lines go along y. */
+static void gtaoi_sweep_store(const gtaoi_lines *l, int side, int tile, const float *found) {
+    int wrap = l->c->d.border == GTAO_BORDER_WRAP, n = wrap ? gtaoi_imin(l->n_minor - l->line, GTAOI_TILE) : GTAOI_TILE;
+    int u, k, at = tile * GTAOI_TILE, whole = n == GTAOI_TILE && at >= l->begin && at + GTAOI_TILE <= l->end;
     ptrdiff_t offset[GTAOI_TILE], along = l->x_major ? l->beyond_pitch : 1, across = l->x_major ? 1 : l->beyond_pitch;
+    float *to = l->beyond + (size_t)side * l->beyond_plane;
+    const int *minor = l->minor + at;
     for (u = 0; u < GTAOI_TILE; u++) {
-        whole &= column[u] >= 0 && minor[u] >= l->want_begin[1] && minor[u] + GTAOI_TILE <= l->want_end[1];
-        offset[u] = minor[u] * along + column[u] * across;
+        whole &= minor[u] >= l->want_begin && minor[u] + GTAOI_TILE <= l->want_end;
+        offset[u] = minor[u] * along + (l->first + at + u) * across;
     }
     if (whole && l->x_major) {
-        float *to = l->beyond;
-        for (k = 0; k < GTAOI_TILE; k++, to += l->beyond_pitch, found += GTAOI_TILE)
+        for (k = 0; k < GTAOI_TILE; k++, to += along, found += GTAOI_TILE)
             for (u = 0; u < GTAOI_TILE; u++)
                 to[offset[u]] = found[u];
         return;
     }
     for (u = 0; u < GTAOI_TILE; u++) {
         const float *from = found + (l->x_major ? u : u * GTAOI_TILE);
-        int step = l->x_major ? GTAOI_TILE : 1;
         if (whole) {
-            memcpy(l->beyond + offset[u], from, GTAOI_TILE * sizeof(float));
+            memcpy(to + offset[u], from, GTAOI_TILE * sizeof(float));
             continue;
         }
-        for (k = 0; column[u] >= 0 && k < gtaoi_imin(n, GTAOI_TILE); k++) {
+        for (k = 0; at + u >= l->begin && at + u < l->end && k < n; k++) {
             int y = minor[u] + k;
-            if (wrap && y >= l->n_minor)
-                y = gtaoi_wrap(y, l->n_minor);
-            if (y >= l->want_begin[1] && y < l->want_end[1])
-                l->beyond[y * along + column[u] * across] = from[k * step];
+            y = wrap ? gtaoi_wrap(y, l->n_minor) : y;
+            if (y >= l->want_begin && y < l->want_end)
+                to[y * along + (l->first + at + u) * across] = from[l->x_major ? k * GTAOI_TILE : k];
         }
     }
 }
@@ -1960,7 +1993,7 @@ static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gta
     l->batch = gtaoi_imin(s && s->batch ? s->batch : 4, near_desc.slices);
     l->fields = o && (o->bent_normals || o->packed) ? 8 : 2;
     l->lead = d->border == GTAO_BORDER_OPEN ? 0 : diagonal;
-    l->longest = gtaoi_imax(d->width, d->height) + l->lead;
+    l->longest = gtaoi_imax(d->width, d->height) + 2 * l->lead;
     l->pitch = n.pitch;
     l->turned_pitch = (d->height + 2 * GTAOI_PAD + GTAOI_LANES + 15) & ~15;
     if (l->turned_pitch % 1024 == 0)
@@ -1977,9 +2010,10 @@ static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gta
     l->inverse = l->sums;
     if (l->batch < near_desc.slices)
         l->inverse += gtaoi_align64(h * (uint64_t)l->fields * ((w + 63) / 64 * 64) * 4);
-    l->total = l->inverse + ((uint64_t)l->longest + (uint64_t)l->far_reach + 128) * 4 + 63;
-    /* a group of lines: heights and hull; or the gradients of a band of rows */
-    l->work = (uint64_t)GTAOI_TILE * ((uint64_t)l->longest + 128) * 16;
+    l->farthest = l->longest + l->far_reach + 2 * GTAOI_MARGIN;
+    l->total = l->inverse + (2 * (uint64_t)l->farthest + 1) * 4 + 63;
+    /* a group of lines: heights, tangent planes and hulls; or the gradients of a band of rows */
+    l->work = ((uint64_t)GTAOI_TILE * 22 + 4) * ((uint64_t)l->longest + GTAOI_TILE + 2 * GTAOI_MARGIN);
     if (l->work < (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4)
         l->work = (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4;
     l->work = gtaoi_align64(l->work) + 63;
@@ -2053,10 +2087,10 @@ GTAO_API gtao_result gtao_sweep_begin(const gtao_desc *desc, const gtao_output *
     s->beyond_plane = (size_t)desc->height * (size_t)l.beyond_pitch;
     s->sums = (float *)(void *)(base + l.sums);
     s->sums_row = (size_t)((desc->width + 63) & ~63) * (size_t)l.fields;
-    s->inverse = (float *)(void *)(base + l.inverse);
+    s->inverse = (float *)(void *)(base + l.inverse) + l.farthest;
     s->inverse[0] = 0.0f;
-    for (i = 1; i < (size_t)(l.longest + l.far_reach + 128); i++)
-        s->inverse[i] = (float)(1.0 / (double)i);
+    for (i = 1; i <= (size_t)l.farthest; i++)
+        s->inverse[i] = s->inverse[-(ptrdiff_t)i] = (float)(1.0 / (double)i);
     return GTAO_OK;
 }
 
@@ -2076,7 +2110,7 @@ static gtaoi_cut gtaoi_cut_slice(const gtao_sweep *s, int k) {
     cut.n_minor = cut.x_major ? c->d.height : c->d.width;
     cut.slope = cut.x_major ? dy / dx : dx / dy;
     cut.phase = golden - (double)(int)golden; /* so that the lines of different slices pass the pixels differently */
-    cut.toward = (cut.x_major ? dx : dy) < 0.0 ? 1 : -1;
+    cut.ascending = (cut.x_major ? dx : dy) > 0.0;
     low = cut.slope * (double)(cut.n_major - 1), high = low > 0.0 ? low : 0.0;
     low = low < 0.0 ? low : 0.0;
     cut.line_begin = 0, cut.groups = (cut.n_minor + GTAOI_TILE - 1) / GTAOI_TILE;
@@ -2100,7 +2134,7 @@ GTAO_API int gtao_sweep_units(const gtao_sweep *sweep, int phase) {
     if (phase & 1)
         return (sweep->y_end - sweep->y_begin + GTAOI_TILE - 1) / GTAOI_TILE;
     for (k = (phase / 2 - 1) * sweep->batch; k < gtaoi_batch_end(sweep, phase); k++)
-        units += 2 * gtaoi_cut_slice(sweep, k).groups;
+        units += gtaoi_cut_slice(sweep, k).groups;
     return units;
 }
 
@@ -2156,7 +2190,7 @@ static void gtaoi_sweep_span(const gtaoi_cut *cut, int line, int *begin, int *en
     *end = high >= n ? cut->n_major : high <= 0.0 ? 0 : gtaoi_imin((int)high + 1, cut->n_major);
 }
 
-static void gtaoi_sweep_group(const gtao_sweep *s, int k, int side, int group, int plane, void *work) {
+static void gtaoi_sweep_group(const gtao_sweep *s, int k, int group, int plane, void *work) {
     const gtao_context *c = s->c;
     gtaoi_cut cut = gtaoi_cut_slice(s, k);
     gtaoi_lines l;
@@ -2173,25 +2207,25 @@ static void gtaoi_sweep_group(const gtao_sweep *s, int k, int side, int group, i
         gtaoi_sweep_span(&cut, l.line, &begin, &end);
     if (begin >= end)
         return;
-    l.toward = side ? -cut.toward : cut.toward;
-    l.lead = s->lead, l.count = end - begin + s->lead;
-    l.first = l.toward > 0 ? begin - s->lead : end - 1 + s->lead;
-    for (i = 0; i < 2; i++) {
-        int along_x = i == 0 ? cut.x_major : !cut.x_major;
-        l.want_begin[i] = s->o.region[along_x ? 0 : 1], l.want_end[i] = s->o.region[along_x ? 2 : 3];
-    }
-    l.beyond = s->beyond + (size_t)plane * s->beyond_plane, l.beyond_pitch = s->beyond_pitch;
+    /* Rows that are not wanted need no line, columns that are not wanted no receivers. */
+    l.begin = s->lead, l.end = end - begin + s->lead, l.count = l.end + s->lead;
+    l.first = begin - s->lead;
+    l.tiles = (l.count + GTAOI_TILE - 1) / GTAOI_TILE;
+    l.backward[0] = cut.ascending, l.backward[1] = !cut.ascending;
+    i = cut.x_major ? 0 : 1;
+    l.begin = gtaoi_imax(l.begin, s->o.region[i] - l.first), l.end = gtaoi_imin(l.end, s->o.region[i + 2] - l.first);
+    l.want_begin = s->o.region[1 - i], l.want_end = s->o.region[3 - i];
+    l.beyond = s->beyond + (size_t)plane * s->beyond_plane;
+    l.beyond_pitch = s->beyond_pitch, l.beyond_plane = s->beyond_plane;
     l.inverse = s->inverse;
-    l.length = (l.count + 15) / 16 * 16 + 64;
-    l.strip = (float *)work + 48;
-    l.vertex = (gtaoi_vertex *)(void *)((float *)work + GTAOI_TILE * l.length);
-    for (i = 0; i < GTAOI_TILE; i++) {
-        gtaoi_vertex *v = l.vertex + i * l.length;
-        gtaoi_fill_sky(l.strip + i * l.length - 48, 48);
-        v->w = GTAOI_SKY, v->slope = FLT_MAX, v->t = -64;
-        v[1] = v[0];
-        l.depth[i] = 1;
-    }
+    l.length = l.tiles * GTAOI_TILE + 2 * GTAOI_MARGIN;
+    l.strip = (float *)work + GTAOI_MARGIN;
+    l.base = l.strip + GTAOI_TILE * l.length;
+    l.vertex = (gtaoi_vertex *)(void *)((float *)work + 2 * GTAOI_TILE * l.length);
+    l.minor = (int *)(void *)(l.vertex + GTAOI_TILE * l.length);
+    l.above = (uint16_t *)(void *)(l.minor + l.length);
+    memset(l.above, 0, GTAOI_TILE * (size_t)(l.tiles + 4) * sizeof(uint16_t));
+    gtaoi_sweep_start(&l, 0);
     GTAOI_DISPATCH(c->d.isa, gtaoi_sweep_lines, (&l));
 }
 
@@ -2219,9 +2253,9 @@ GTAO_API void gtao_sweep_run(const gtao_sweep *sweep, int phase, int unit_begin,
             gtao_visibility_rows(&c, y, gtaoi_imin(y + GTAOI_TILE, sweep->y_end), 0);
         } else {
             int rest = unit;
-            for (k = first; rest >= 2 * gtaoi_cut_slice(sweep, k).groups; k++)
-                rest -= 2 * gtaoi_cut_slice(sweep, k).groups;
-            gtaoi_sweep_group(sweep, k, rest & 1, rest >> 1, 2 * (k - first) + (rest & 1), work);
+            for (k = first; rest >= gtaoi_cut_slice(sweep, k).groups; k++)
+                rest -= gtaoi_cut_slice(sweep, k).groups;
+            gtaoi_sweep_group(sweep, k, rest, 2 * (k - first), work);
         }
     }
 }
@@ -3458,34 +3492,32 @@ GTAOI_FI void GTAOI_NAME(gtaoi_turn16)(const float *in, float *out, ptrdiff_t pi
         }
 }
 
-/* Heights of 16 lines at 16 positions, to the strips; and of the receivers' tangent planes beside them, to
- * base[line][position]. A height on a line is linear between two pixels of one surface, or that of the nearer one; one
- * surface: the step is small, or goes on from either side. */
-GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile, float *base, int *column, int *minor) {
+/* Heights of 16 lines at 16 positions, and of the receivers' tangent planes there. A height on a line is linear between
+ * two pixels of one surface, or that of the nearer one; one surface: the step is small, or goes on from either side. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
     GTAOI_NO_CONTRACT
     float heights[GTAOI_TILE * GTAOI_TILE], bases[GTAOI_TILE * GTAOI_TILE];
     const gtao_context *c = l->c;
     int u, k, wrap = c->d.border == GTAO_BORDER_WRAP;
     for (u = 0; u < GTAOI_TILE; u++) {
-        int position = tile * GTAOI_TILE + u, i = l->first + l->toward * position, whole, up, at, row = i;
+        int position = tile * GTAOI_TILE + u, i = l->first + position, whole, up, at;
         double place = l->slope * (double)i + l->phase, fraction;
         const float *p, *tilt;
-        whole = (int)place - ((double)(int)place > place);
-        fraction = place - (double)whole;
-        up = fraction >= 0.5;
-        at = l->line + whole;
-        column[u] = i, minor[u] = at + up;
         if (position >= l->count) {
-            column[u] = -1;
             gtaoi_fill_sky(heights + u * GTAOI_TILE, GTAOI_TILE);
             gtaoi_fill_sky(bases + u * GTAOI_TILE, GTAOI_TILE);
             continue;
         }
+        whole = (int)place - ((double)(int)place > place);
+        fraction = place - (double)whole;
+        up = fraction >= 0.5;
+        at = l->line + whole;
         if (wrap)
-            at = gtaoi_wrap(at, l->n_minor), row = gtaoi_wrap(i, l->n_major), minor[u] = at + up;
-        else
-            at = gtaoi_imin(gtaoi_imax(at, -18), l->n_minor + 1), row = gtaoi_imin(gtaoi_imax(i, 0), l->n_major - 1);
-        p = l->plane + (ptrdiff_t)row * l->pitch + at, tilt = l->tilt + (ptrdiff_t)row * l->pitch + at + up;
+            at = gtaoi_wrap(at, l->n_minor), i = gtaoi_wrap(i, l->n_major);
+        l->minor[position] = at + up;
+        if (!wrap)
+            at = gtaoi_imin(gtaoi_imax(at, -18), l->n_minor + 1), i = gtaoi_imin(gtaoi_imax(i, 0), l->n_major - 1);
+        p = l->plane + (ptrdiff_t)i * l->pitch + at, tilt = l->tilt + (ptrdiff_t)i * l->pitch + at + up;
         for (k = 0; k < GTAOI_TILE; k += GTAOI_W) {
             GV a = GV_LOAD(p + k), b = GV_LOAD(p + k + 1), before = GV_LOAD(p + k - 1), after = GV_LOAD(p + k + 2);
             GV step = GV_SUB(b, a), limit = GV_SET(c->same_surface), nearest = up ? b : a;
@@ -3501,47 +3533,46 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile, float
         }
     }
     GTAOI_NAME(gtaoi_turn16)(heights, l->strip + tile * GTAOI_TILE, l->length);
-    GTAOI_NAME(gtaoi_turn16)(bases, base, GTAOI_TILE);
+    GTAOI_NAME(gtaoi_turn16)(bases, l->base + tile * GTAOI_TILE, l->length);
 }
 
-/* Samples [at, at + 16) of one line to its hull: those that lie on the hull of their neighbours, 8 behind and 4 ahead,
- * where every slope from the left is greater than every one to the right. */
-GTAOI_FN void GTAOI_NAME(gtaoi_sweep_push)(gtaoi_lines *l, int line, int at) {
+/* Which of the samples [at, at + 16) of a line lie on the hull of their neighbours, where every slope from one side is
+ * greater than every one to the other. */
+GTAOI_FN unsigned GTAOI_NAME(gtaoi_sweep_above)(const float *strip) {
     GTAOI_NO_CONTRACT
-    const float *strip = l->strip + (ptrdiff_t)line * l->length + at;
     unsigned bits = 0;
     int i, k;
     for (i = 0; i < GTAOI_TILE; i += GTAOI_W, strip += GTAOI_W) {
         GV w = GV_LOAD(strip), left = GV_SUB(w, GV_LOAD(strip - 1)), right = GV_SUB(GV_LOAD(strip + 1), w);
-        for (k = 2; k <= 2 * GTAOI_LAG; k++) {
+        for (k = 2; k <= GTAOI_LAG; k++) {
             GV inv = GV_SET(1.0f / (float)k);
             left = GV_MIN(left, GV_MUL(GV_SUB(w, GV_LOAD(strip - k)), inv));
-            if (k <= GTAOI_LAG)
-                right = GV_MAX(right, GV_MUL(GV_SUB(GV_LOAD(strip + k), w), inv));
+            right = GV_MAX(right, GV_MUL(GV_SUB(GV_LOAD(strip + k), w), inv));
         }
         bits |= GM_BITS(GV_LT(right, left)) << i;
     }
-    gtaoi_push_vertices(l, line, at, strip - GTAOI_TILE, bits);
+    return bits;
 }
 
-/* Largest slopes from the 16 receivers of one line and tile to what lies GTAO_SWEEP_NEAR and more behind them: the
- * samples that are not in the hull yet, then the hull's vertices from the nearest on, for as long as they rise for any
- * of the 16. */
-GTAOI_FN void GTAOI_NAME(gtaoi_sweep_query)(const gtaoi_lines *l, int line, int tile, const float *base, float *out) {
+/* Largest slopes from the 16 receivers of one line and tile to what lies more than GTAO_SWEEP_NEAR before (after) them:
+ * the samples that are not in the hull yet, then the hull's vertices from the nearest on, for as long as they rise for
+ * any of the 16. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sweep_query)(const gtaoi_lines *l, int line, int tile, int backward, float *out) {
     GTAOI_NO_CONTRACT
     enum { N = GTAOI_TILE / GTAOI_W, FIRST = GTAO_SWEEP_NEAR + 1, LAST = GTAO_SWEEP_NEAR + GTAOI_LAG + GTAOI_TILE - 1 };
-    const float *strip = l->strip + (ptrdiff_t)line * l->length + tile * GTAOI_TILE;
+    ptrdiff_t at = (ptrdiff_t)line * l->length + tile * GTAOI_TILE, step = backward ? 1 : -1;
+    const float *sample = l->strip + at + FIRST * step;
     const gtaoi_vertex *vertex = l->vertex + (ptrdiff_t)line * l->length + l->depth[line];
     GV b[N], best[N], hull[N];
     int k, n, rising;
     for (n = 0; n < N; n++) {
-        b[n] = GV_LOAD(base + n * GTAOI_W);
+        b[n] = GV_LOAD(l->base + at + n * GTAOI_W);
         best[n] = hull[n] = GV_SET(GTAOI_SKY);
     }
-    for (k = FIRST; k <= LAST; k++) {
+    for (k = FIRST; k <= LAST; k++, sample += step) {
         GV inv = GV_SET(l->inverse[k]);
         for (n = 0; n < N; n++)
-            best[n] = GV_MAX(best[n], GV_MUL(GV_SUB(GV_LOAD(strip + n * GTAOI_W - k), b[n]), inv));
+            best[n] = GV_MAX(best[n], GV_MUL(GV_SUB(GV_LOAD(sample + n * GTAOI_W), b[n]), inv));
     }
     do {
         GV w = GV_SET(vertex[0].w), further = GV_SET(vertex[-1].w);
@@ -3559,28 +3590,38 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_query)(const gtaoi_lines *l, int line, int 
         GV_STORE(out + n * GTAOI_W, GV_MAX(best[n], hull[n]));
 }
 
-/* One group of lines, from its first position to its last. */
+/* One group of lines: read, then swept either way. */
 GTAOI_FN void GTAOI_NAME(gtaoi_sweep_lines)(gtaoi_lines *l) {
-    int tile, line, u, tiles = (l->count + GTAOI_TILE - 1) / GTAOI_TILE;
-    for (tile = 0; tile < tiles; tile++) {
-        float base[GTAOI_TILE * GTAOI_TILE], found[GTAOI_TILE * GTAOI_TILE], turned[GTAOI_TILE * GTAOI_TILE];
-        int column[GTAOI_TILE], minor[GTAOI_TILE], wanted = 0, at = tile * GTAOI_TILE;
-        GTAOI_NAME(gtaoi_sweep_read)(l, tile, base, column, minor);
-        for (u = 0; u < GTAOI_TILE; u++) {
-            if (at + u < l->lead || column[u] < l->want_begin[0] || column[u] >= l->want_end[0])
-                column[u] = -1;
-            wanted |= column[u] >= 0;
+    int tile, line, side, i, tiles = l->tiles;
+    for (tile = 0; tile < tiles; tile++)
+        GTAOI_NAME(gtaoi_sweep_read)(l, tile);
+    for (line = 0; line < GTAOI_TILE; line++)
+        for (tile = 0; tile < tiles; tile++)
+            l->above[line * (tiles + 4) + tile + 2] =
+                (uint16_t)GTAOI_NAME(gtaoi_sweep_above)(l->strip + line * l->length + tile * GTAOI_TILE);
+    for (side = 0; side < 2; side++) {
+        enum { GAP = GTAO_SWEEP_NEAR + GTAOI_LAG };
+        int backward = l->backward[side];
+        gtaoi_sweep_start(l, backward);
+        for (i = 0; i < tiles; i++) {
+            float found[GTAOI_TILE * GTAOI_TILE], turned[GTAOI_TILE * GTAOI_TILE];
+            int at;
+            tile = backward ? tiles - 1 - i : i, at = tile * GTAOI_TILE;
+            for (line = 0; line < GTAOI_TILE; line++) { /* 16 samples, GAP from the receivers, of two tiles */
+                const uint16_t *above = l->above + line * (tiles + 4) + tile + 2;
+                unsigned bits = backward ? (unsigned)above[1] >> GAP | (unsigned)above[2] << (GTAOI_TILE - GAP)
+                                         : (unsigned)above[-2] >> (GTAOI_TILE - GAP) | (unsigned)above[-1] << GAP;
+                gtaoi_push_vertices(l, line, backward ? at + GTAOI_TILE + GAP : at - GTAOI_TILE - GAP, bits & 0xffffu,
+                                    backward);
+            }
+            if (at + GTAOI_TILE <= l->begin || at >= l->end)
+                continue;
+            for (line = 0; line < GTAOI_TILE; line++)
+                GTAOI_NAME(gtaoi_sweep_query)(l, line, tile, backward, found + line * GTAOI_TILE);
+            if (!l->x_major)
+                GTAOI_NAME(gtaoi_turn16)(found, turned, GTAOI_TILE);
+            gtaoi_sweep_store(l, side, tile, l->x_major ? found : turned);
         }
-        for (line = 0; line < GTAOI_TILE; line++)
-            GTAOI_NAME(gtaoi_sweep_push)(l, line, at - GTAO_SWEEP_NEAR - GTAOI_LAG - GTAOI_TILE);
-        if (!wanted)
-            continue;
-        for (line = 0; line < GTAOI_TILE; line++)
-            GTAOI_NAME(gtaoi_sweep_query)
-        (l, line, tile, base + line * GTAOI_TILE, found + line * GTAOI_TILE);
-        if (!l->x_major)
-            GTAOI_NAME(gtaoi_turn16)(found, turned, GTAOI_TILE);
-        gtaoi_sweep_store(l, column, minor, l->x_major ? found : turned);
     }
 }
 
