@@ -164,7 +164,7 @@ extern "C" {
     X(GTAO_ERROR_SWEEP, "estimator, thin_blend: the sweep has neither the memo's estimator nor the heuristic")            \
     X(GTAO_ERROR_REGION, "region: must be a part of the image, or all zero")                                           \
     X(GTAO_ERROR_HORIZONS, "horizon_stride, horizon_plane: rows or planes overlap or are misaligned")                  \
-    X(GTAO_ERROR_BACKDROP, "backdrops: null, of no size, scale not 1..1024, or not orthographic with an open border")  \
+    X(GTAO_ERROR_BEYOND, "beyond: needs an orthographic camera, an open border and a beyond_reach of 1..2^20")          \
     X(GTAO_ERROR_BATCH, "batch: must be 0 (4) or 1..64")                                                               \
     X(GTAO_CANCELLED, "cancelled by the progress callback")                                                            \
     X(GTAO_ERROR_MATRIX, "projection matrix: neither perspective nor orthographic")
@@ -361,21 +361,15 @@ GTAO_API int gtao_isa_available(gtao_isa isa);    /* compiled in and supported h
  * cancel, stop calling. */
 #define GTAO_SWEEP_NEAR 4 /* pixels along the slice's longer axis */
 
-/* The map that the image is a tile of, coarsened: what lies beyond the tile's border, so that a map larger than memory
- * can be swept in tiles. Heights beyond the tile are read at steps of `scale` pixels; what a coarse pixel stands for is
- * the caller's choice (its mean: no bias; its maximum: nothing is missed). With d the distance in pixels from the
- * receiver to the tile's border and v the largest difference between a coarse pixel and the heights it stands for, in
- * pixels: the cotangent of a horizon errs by no more than v / d + |cot h| scale / d. Orthographic cameras only. */
-typedef struct gtao_backdrop {
-    const float *depth; /* width x height, of the kind and in the units of desc.depth */
-    ptrdiff_t stride;   /* bytes, 0: tightly packed */
-    int width, height;
-    int scale;          /* image pixels per pixel of this, 1..1024 */
-    int x, y;           /* of the image's first pixel in the whole map, in image pixels */
-    gtao_border border; /* of the whole map */
-    float reach;        /* pixels beyond the image's border that it serves; then the next one, or nothing. 0: four
-                         * diagonals of the backdrop */
-} gtao_backdrop;
+/* What lies beyond the image on one line, so that a map larger than memory can be swept in tiles: the line leaves the
+ * image at (x, y), in pixels with centres at +0.5, in the unit direction (dx, dy). Writes up to `capacity` points,
+ * farthest first: distance_px from (x, y), at least 1 and at most beyond_reach, and depth in desc.depth's kind and units.
+ * Returns how many. Called on whatever thread sweeps the line. A point that stands for a stretch of s pixels at d pixels
+ * from a receiver, with heights within v pixels of its own, puts the cotangent of a horizon off by no more than
+ * v / d + |cot h| s / d. */
+typedef int (*gtao_beyond)(void *user, double x, double y, double dx, double dy, int capacity, float *distance_px,
+                           float *depth);
+#define GTAO_BEYOND_CAPACITY 256
 
 /* What only the sweep takes; zero-initialise. */
 typedef struct gtao_sweep_options {
@@ -386,8 +380,9 @@ typedef struct gtao_sweep_options {
                                * light from angle h in that direction arrives if h is smaller */
     ptrdiff_t horizon_stride; /* bytes from row to row, 0: tightly packed */
     ptrdiff_t horizon_plane;  /* bytes from plane to plane, 0: tightly packed */
-    const gtao_backdrop *backdrops; /* null, or levels from fine to coarse. desc.border must then be open */
-    int backdrop_count;
+    gtao_beyond beyond;       /* null: nothing; else orthographic with an open border */
+    void *beyond_user;
+    int beyond_reach; /* pixels, 1..2^20; memory: 8 bytes each */
     int batch; /* slices held in memory at a time, 1..64; 0: 4. Costs 8 bytes a pixel each */
 } gtao_sweep_options;
 
@@ -1695,7 +1690,6 @@ struct gtao_sweep {
     gtao_sweep_options o;
     int batch, bands, y_begin, y_end;
     int lead;      /* columns beyond the border that occlude, if it is not open */
-    int far_reach; /* columns that a backdrop may lie beyond the border */
     float *turned; /* the height buffer with rows and columns swapped, at pixel (0, 0) */
     ptrdiff_t turned_pitch;
     float *tilt_x; /* gradient of the tangent planes along x, laid out as the height buffer, at (0, 0) */
@@ -1710,7 +1704,7 @@ struct gtao_sweep {
 };
 
 typedef struct gtaoi_sweep_layout {
-    int batch, fields, longest, lead, far_reach, farthest;
+    int batch, fields, longest, lead, seeds, farthest;
     ptrdiff_t pitch, turned_pitch, beyond_pitch;
     uint64_t sweep, turned, tilt_x, tilt_y, beyond, sums, inverse, total; /* byte offsets */
     uint64_t work;                                                       /* bytes */
@@ -1742,26 +1736,82 @@ typedef struct gtaoi_lines {
     ptrdiff_t length;     /* of a line's part of the buffers */
     float *strip;         /* heights on the lines, [line][position] */
     float *base;          /* heights of the receivers' tangent planes on the lines */
-    gtaoi_vertex *vertex; /* upper hulls, [line][length] */
+    gtaoi_vertex *vertex; /* upper hulls, [line][room] */
+    ptrdiff_t room;
+    const gtao_sweep_options *options;
     int *minor;           /* pixel of the first line at each position */
     uint16_t *above;      /* [line][tile]: samples that may be vertices */
     int depth[GTAOI_TILE]; /* last vertex */
 } gtaoi_lines;
 
+/* A vertex at the end of an upper hull, whose slopes fall; returns where it is. */
+GTAOI_INLINE gtaoi_vertex *gtaoi_push_vertex(gtaoi_vertex *top, const float *inverse, int t, float w) {
+    GTAOI_NO_CONTRACT
+    float slope = (w - top->w) * inverse[t - top->t];
+    while (slope >= top->slope)
+        top--, slope = (w - top->w) * inverse[t - top->t];
+    top++;
+    top->w = w, top->slope = slope, top->t = t;
+    return top;
+}
+
+/* Height of a depth, orthographic. */
+static float gtaoi_height(const gtao_context *c, float depth) {
+    GTAOI_NO_CONTRACT
+    float w = depth * c->w_scale;
+    int visible = gtaoi_finite(depth);
+    if (c->d.depth_kind == GTAO_DEPTH_DEVICE)
+        w += c->w_bias, visible = c->w_far < w && w < FLT_MAX;
+    else if (c->d.depth_kind != GTAO_DEPTH_HEIGHT)
+        visible = depth > 0.0f && depth < c->z_sky;
+    return visible ? gtaoi_clamp(w, -GTAOI_ORTHO_LIMIT, GTAOI_ORTHO_LIMIT) : GTAOI_SKY;
+}
+
 /* Further vertices, the bits of 16 samples from `at` on, at the end of a line's upper hull, whose slopes fall. The first
  * two stand so low that they are never taken nor seen. */
 static void gtaoi_push_vertices(gtaoi_lines *l, int line, int at, unsigned bits, int backward) {
     GTAOI_NO_CONTRACT
-    gtaoi_vertex *first = l->vertex + (ptrdiff_t)line * l->length, *top = first + l->depth[line];
-    const float *inverse = l->inverse, *w = l->strip + (ptrdiff_t)line * l->length + at;
+    gtaoi_vertex *first = l->vertex + (ptrdiff_t)line * l->room, *top = first + l->depth[line];
+    const float *w = l->strip + (ptrdiff_t)line * l->length + at;
     while (bits) {
         int k = backward ? gtaoi_highest(bits) : gtaoi_lowest(bits);
-        float slope = (w[k] - top->w) * inverse[at + k - top->t];
-        while (slope >= top->slope)
-            top--, slope = (w[k] - top->w) * inverse[at + k - top->t];
-        top++;
-        top->w = w[k], top->slope = slope, top->t = at + k;
+        top = gtaoi_push_vertex(top, l->inverse, at + k, w[k]);
         bits ^= 1u << k;
+    }
+    l->depth[line] = (int)(top - first);
+}
+
+/* What the caller knows beyond the image, at whole columns: the first vertices. */
+static void gtaoi_seed_vertices(gtaoi_lines *l, int line, int backward) {
+    GTAOI_NO_CONTRACT
+    float distance[GTAO_BEYOND_CAPACITY], depth[GTAO_BEYOND_CAPACITY];
+    gtaoi_vertex *first = l->vertex + (ptrdiff_t)line * l->room, *top = first + l->depth[line];
+    int p = backward ? l->count - 1 : 0, step = backward ? -1 : 1, last, n, i;
+    double unit = 1.0 / sqrt(1.0 + l->slope * l->slope), x, y, dx = (double)-step * unit, dy = dx * l->slope;
+    while (p >= 0 && p < l->count && (l->minor[p] + line < 0 || l->minor[p] + line >= l->n_minor))
+        p += step;
+    if (p < 0 || p >= l->count)
+        return;
+    x = (double)(l->first + p), y = (double)(l->line + line) + l->slope * x + l->phase;
+    x += 0.5, y += 0.5;
+    if (l->x_major)
+        n = l->options->beyond(l->options->beyond_user, x, y, dx, dy, GTAO_BEYOND_CAPACITY, distance, depth);
+    else
+        n = l->options->beyond(l->options->beyond_user, y, x, dy, dx, GTAO_BEYOND_CAPACITY, distance, depth);
+    last = l->options->beyond_reach + 1;
+    for (i = 0; i < gtaoi_imin(n, GTAO_BEYOND_CAPACITY); i++) {
+        float w = gtaoi_height(l->c, depth[i]);
+        int t;
+        if (!(distance[i] >= 0.0f && distance[i] <= (float)l->options->beyond_reach) || w < GTAOI_SKY_LIMIT)
+            continue;
+        t = gtaoi_imax((int)((double)distance[i] * unit + 0.5), 1);
+        if (t >= last) { /* two at one column: the higher one */
+            if (t > last || w <= top->w)
+                continue;
+            top--;
+        }
+        last = t;
+        top = gtaoi_push_vertex(top, l->inverse, p - step * t, w);
     }
     l->depth[line] = (int)(top - first);
 }
@@ -1770,7 +1820,7 @@ static void gtaoi_push_vertices(gtaoi_lines *l, int line, int at, unsigned bits,
 static void gtaoi_sweep_start(gtaoi_lines *l, int backward) {
     int i;
     for (i = 0; i < GTAOI_TILE; i++) {
-        gtaoi_vertex *v = l->vertex + i * l->length;
+        gtaoi_vertex *v = l->vertex + i * l->room;
         float *strip = l->strip + i * l->length;
         gtaoi_fill_sky(strip - GTAOI_MARGIN, GTAOI_MARGIN);
         gtaoi_fill_sky(strip + l->tiles * GTAOI_TILE, GTAOI_MARGIN);
@@ -1942,7 +1992,6 @@ static gtao_desc gtaoi_near_desc(const gtao_desc *desc) {
 
 static gtao_result gtaoi_check_sweep(const gtao_desc *d, const gtao_output *o, const gtao_sweep_options *s) {
     gtao_result result = gtaoi_check_desc(d);
-    int i;
     if (result != GTAO_OK)
         return result;
     if (d->estimator == GTAO_ESTIMATOR_MEMO || d->thin_blend > 0.0f)
@@ -1963,16 +2012,9 @@ static gtao_result gtaoi_check_sweep(const gtao_desc *d, const gtao_output *o, c
         if (!gtaoi_stride_ok(s->horizon_stride, d->width * 4, 4) || plane % 4 != 0 || (plane && plane < rows))
             return GTAO_ERROR_HORIZONS;
     }
-    if (s->backdrop_count < 0 || (s->backdrop_count > 0 && (!s->backdrops || d->border != GTAO_BORDER_OPEN ||
-                                                            d->camera.projection != GTAO_ORTHOGRAPHIC)))
-        return GTAO_ERROR_BACKDROP;
-    for (i = 0; i < s->backdrop_count; i++) {
-        const gtao_backdrop *b = &s->backdrops[i];
-        if (!b->depth || b->width < 1 || b->width > 32768 || b->height < 1 || b->height > 32768 || b->scale < 1 ||
-            b->scale > 1024 || !gtaoi_stride_ok(b->stride, b->width * 4, 4) ||
-            (unsigned)b->border > GTAO_BORDER_WRAP || !(b->reach >= 0.0f))
-            return GTAO_ERROR_BACKDROP;
-    }
+    if (s->beyond && (d->border != GTAO_BORDER_OPEN || d->camera.projection != GTAO_ORTHOGRAPHIC ||
+                      s->beyond_reach < 1 || s->beyond_reach > 1048576))
+        return GTAO_ERROR_BEYOND;
     if (s->batch < 0 || s->batch > 64)
         return GTAO_ERROR_BATCH;
     return GTAO_OK;
@@ -2010,10 +2052,12 @@ static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gta
     l->inverse = l->sums;
     if (l->batch < near_desc.slices)
         l->inverse += gtaoi_align64(h * (uint64_t)l->fields * ((w + 63) / 64 * 64) * 4);
-    l->farthest = l->longest + l->far_reach + 2 * GTAOI_MARGIN;
+    l->seeds = s && s->beyond ? GTAO_BEYOND_CAPACITY : 0;
+    l->farthest = l->longest + (s && s->beyond ? s->beyond_reach : 0) + 2 * GTAOI_MARGIN;
     l->total = l->inverse + (2 * (uint64_t)l->farthest + 1) * 4 + 63;
     /* a group of lines: heights, tangent planes and hulls; or the gradients of a band of rows */
-    l->work = ((uint64_t)GTAOI_TILE * 22 + 4) * ((uint64_t)l->longest + GTAOI_TILE + 2 * GTAOI_MARGIN);
+    l->work = ((uint64_t)GTAOI_TILE * 22 + 4) * ((uint64_t)l->longest + GTAOI_TILE + 2 * GTAOI_MARGIN) +
+              (uint64_t)GTAOI_TILE * sizeof(gtaoi_vertex) * (uint64_t)l->seeds;
     if (l->work < (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4)
         l->work = (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4;
     l->work = gtaoi_align64(l->work) + 63;
@@ -2222,7 +2266,9 @@ static void gtaoi_sweep_group(const gtao_sweep *s, int k, int group, int plane, 
     l.strip = (float *)work + GTAOI_MARGIN;
     l.base = l.strip + GTAOI_TILE * l.length;
     l.vertex = (gtaoi_vertex *)(void *)((float *)work + 2 * GTAOI_TILE * l.length);
-    l.minor = (int *)(void *)(l.vertex + GTAOI_TILE * l.length);
+    l.room = l.length + (s->o.beyond ? GTAO_BEYOND_CAPACITY : 0);
+    l.options = &s->o;
+    l.minor = (int *)(void *)(l.vertex + GTAOI_TILE * l.room);
     l.above = (uint16_t *)(void *)(l.minor + l.length);
     memset(l.above, 0, GTAOI_TILE * (size_t)(l.tiles + 4) * sizeof(uint16_t));
     gtaoi_sweep_start(&l, 0);
@@ -3521,13 +3567,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
         for (k = 0; k < GTAOI_TILE; k += GTAOI_W) {
             GV a = GV_LOAD(p + k), b = GV_LOAD(p + k + 1), before = GV_LOAD(p + k - 1), after = GV_LOAD(p + k + 2);
             GV step = GV_SUB(b, a), limit = GV_SET(c->same_surface), nearest = up ? b : a;
-            GM one;
+            GM small, from_a, from_b;
             if (!c->orthographic)
                 limit = GV_MUL(limit, GV_MIN(GV_ABS(a), GV_ABS(b)));
-            one = GM_OR(GV_LE(GV_ABS(step), limit), GM_OR(GV_LE(GV_ABS(GV_SUB(step, GV_SUB(a, before))), limit),
-                                                          GV_LE(GV_ABS(GV_SUB(step, GV_SUB(after, b))), limit)));
+            small = GV_LE(GV_ABS(step), limit);
+            from_a = GV_LE(GV_ABS(GV_SUB(step, GV_SUB(a, before))), limit);
+            from_b = GV_LE(GV_ABS(GV_SUB(step, GV_SUB(after, b))), limit);
+            small = GM_OR(small, from_a), small = GM_OR(small, from_b);
             GV_STORE(heights + u * GTAOI_TILE + k,
-                     GV_SELECT(one, GV_ADD(a, GV_MUL(GV_SET((float)fraction), step)), nearest));
+                     GV_SELECT(small, GV_ADD(a, GV_MUL(GV_SET((float)fraction), step)), nearest));
             GV_STORE(bases + u * GTAOI_TILE + k,
                      GV_ADD(nearest, GV_MUL(GV_LOAD(tilt + k), GV_SET((float)(fraction - (double)up)))));
         }
@@ -3562,7 +3610,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_query)(const gtaoi_lines *l, int line, int 
     enum { N = GTAOI_TILE / GTAOI_W, FIRST = GTAO_SWEEP_NEAR + 1, LAST = GTAO_SWEEP_NEAR + GTAOI_LAG + GTAOI_TILE - 1 };
     ptrdiff_t at = (ptrdiff_t)line * l->length + tile * GTAOI_TILE, step = backward ? 1 : -1;
     const float *sample = l->strip + at + FIRST * step;
-    const gtaoi_vertex *vertex = l->vertex + (ptrdiff_t)line * l->length + l->depth[line];
+    const gtaoi_vertex *vertex = l->vertex + (ptrdiff_t)line * l->room + l->depth[line];
     GV b[N], best[N], hull[N];
     int k, n, rising;
     for (n = 0; n < N; n++) {
@@ -3603,6 +3651,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_lines)(gtaoi_lines *l) {
         enum { GAP = GTAO_SWEEP_NEAR + GTAOI_LAG };
         int backward = l->backward[side];
         gtaoi_sweep_start(l, backward);
+        for (line = 0; l->options->beyond && line < GTAOI_TILE; line++)
+            gtaoi_seed_vertices(l, line, backward);
         for (i = 0; i < tiles; i++) {
             float found[GTAOI_TILE * GTAOI_TILE], turned[GTAOI_TILE * GTAOI_TILE];
             int at;
