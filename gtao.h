@@ -1662,6 +1662,7 @@ static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int
 
 #define GTAOI_TILE 16  /* lines in a group and columns in a tile, whatever the width: part of the results */
 #define GTAOI_LAG 8    /* a sample is compared with its neighbours so far off before it becomes a vertex */
+#define GTAOI_BLOCK 8   /* tiles whose highest sample tells at once whether one of them matters */
 #define GTAOI_MARGIN 64 /* positions of sky before and after each line */
 
 /* What one pass of a sweep over the rows reads and writes. */
@@ -1694,6 +1695,7 @@ struct gtao_sweep {
     ptrdiff_t turned_pitch;
     float *tilt_x; /* gradient of the tangent planes along x, laid out as the height buffer, at (0, 0) */
     float *tilt_y; /* along y, laid out as `turned` */
+    float *turned_tilt_x, *unturned_tilt_y; /* the same the other way, if the radius is finite */
     float *beyond;
     ptrdiff_t beyond_pitch;
     size_t beyond_plane;
@@ -1706,7 +1708,7 @@ struct gtao_sweep {
 typedef struct gtaoi_sweep_layout {
     int batch, fields, longest, lead, seeds, farthest;
     ptrdiff_t pitch, turned_pitch, beyond_pitch;
-    uint64_t sweep, turned, tilt_x, tilt_y, beyond, sums, inverse, total; /* byte offsets */
+    uint64_t sweep, turned, tilt_x, tilt_y, turned_tilt_x, unturned_tilt_y, beyond, sums, inverse, total; /* byte offsets */
     uint64_t work;                                                       /* bytes */
 } gtaoi_sweep_layout;
 
@@ -1719,7 +1721,8 @@ typedef struct gtaoi_vertex {
 /* One group of lines on its way. */
 typedef struct gtaoi_lines {
     const gtao_context *c;
-    const float *plane, *tilt; /* heights and gradients across the lines, minor axis contiguous, at (0, 0) */
+    /* heights and gradients, across the lines and along them, minor axis contiguous, at (0, 0) */
+    const float *plane, *tilt, *tilt_along;
     ptrdiff_t pitch;
     int n_major, n_minor, x_major;
     double slope, phase;
@@ -1741,6 +1744,10 @@ typedef struct gtaoi_lines {
     const gtao_sweep_options *options;
     int *minor;           /* pixel of the first line at each position */
     uint16_t *above;      /* [line][tile]: samples that may be vertices */
+    float *ahead;         /* slopes of the tangent planes along the lines, [line][position] */
+    float *highest;       /* [line][tile] */
+    float *highest_block; /* [line][block] */
+    const gtaoi_slice *slice;
     int depth[GTAOI_TILE]; /* last vertex */
 } gtaoi_lines;
 
@@ -2035,6 +2042,11 @@ static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gta
     l->batch = gtaoi_imin(s && s->batch ? s->batch : 4, near_desc.slices);
     l->fields = o && (o->bent_normals || o->packed) ? 8 : 2;
     l->lead = d->border == GTAO_BORDER_OPEN ? 0 : diagonal;
+    if (l->lead && d->camera.projection == GTAO_ORTHOGRAPHIC) {
+        float reach = d->radius / gtaoi_min(d->camera.sx, gtaoi_sy(&d->camera)) + 1.0f;
+        if (reach < (float)l->lead)
+            l->lead = (int)reach;
+    }
     l->longest = gtaoi_imax(d->width, d->height) + 2 * l->lead;
     l->pitch = n.pitch;
     l->turned_pitch = (d->height + 2 * GTAOI_PAD + GTAOI_LANES + 15) & ~15;
@@ -2047,7 +2059,12 @@ static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gta
     l->turned = l->sweep + gtaoi_align64(sizeof(struct gtao_sweep));
     l->tilt_x = l->turned + gtaoi_align64(w * (uint64_t)l->turned_pitch * 4);
     l->tilt_y = l->tilt_x + gtaoi_align64(h * (uint64_t)l->pitch * 4);
-    l->beyond = l->tilt_y + gtaoi_align64(w * (uint64_t)l->turned_pitch * 4);
+    l->turned_tilt_x = l->tilt_y + gtaoi_align64(w * (uint64_t)l->turned_pitch * 4);
+    l->unturned_tilt_y = l->beyond = l->turned_tilt_x;
+    if (d->radius < 1e30f) {
+        l->unturned_tilt_y += gtaoi_align64(w * (uint64_t)l->turned_pitch * 4);
+        l->beyond = l->unturned_tilt_y + gtaoi_align64(h * (uint64_t)l->pitch * 4);
+    }
     l->sums = l->beyond + gtaoi_align64(2 * (uint64_t)l->batch * h * (uint64_t)l->beyond_pitch * 4);
     l->inverse = l->sums;
     if (l->batch < near_desc.slices)
@@ -2056,7 +2073,7 @@ static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gta
     l->farthest = l->longest + (s && s->beyond ? s->beyond_reach : 0) + 2 * GTAOI_MARGIN;
     l->total = l->inverse + (2 * (uint64_t)l->farthest + 1) * 4 + 63;
     /* a group of lines: heights, tangent planes and hulls; or the gradients of a band of rows */
-    l->work = ((uint64_t)GTAOI_TILE * 22 + 4) * ((uint64_t)l->longest + GTAOI_TILE + 2 * GTAOI_MARGIN) +
+    l->work = ((uint64_t)GTAOI_TILE * 26 + 16) * ((uint64_t)l->longest + GTAOI_TILE + 2 * GTAOI_MARGIN) +
               (uint64_t)GTAOI_TILE * sizeof(gtaoi_vertex) * (uint64_t)l->seeds;
     if (l->work < (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4)
         l->work = (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4;
@@ -2127,6 +2144,8 @@ GTAO_API gtao_result gtao_sweep_begin(const gtao_desc *desc, const gtao_output *
     s->turned = (float *)(void *)(base + l.turned) + GTAOI_PAD;
     s->tilt_x = (float *)(void *)(base + l.tilt_x) + GTAOI_PAD;
     s->tilt_y = (float *)(void *)(base + l.tilt_y) + GTAOI_PAD;
+    s->turned_tilt_x = c->bounded ? (float *)(void *)(base + l.turned_tilt_x) + GTAOI_PAD : 0;
+    s->unturned_tilt_y = c->bounded ? (float *)(void *)(base + l.unturned_tilt_y) + GTAOI_PAD : 0;
     s->beyond = (float *)(void *)(base + l.beyond);
     s->beyond_plane = (size_t)desc->height * (size_t)l.beyond_pitch;
     s->sums = (float *)(void *)(base + l.sums);
@@ -2192,6 +2211,8 @@ static void gtaoi_sweep_turn(const gtao_sweep *s, int band, float *work) {
     for (y = y0; y < y1; y++) {
         float *row = s->tilt_x + (ptrdiff_t)y * c.pitch - GTAOI_PAD;
         memset(row, 0, (size_t)c.pitch * sizeof(float));
+        if (c.bounded)
+            memset(s->unturned_tilt_y + (ptrdiff_t)y * c.pitch - GTAOI_PAD, 0, (size_t)c.pitch * sizeof(float));
     }
     pass.tilt_x = s->tilt_x, pass.tilt_x_pitch = c.pitch;
     pass.tilt_y = work - (ptrdiff_t)y0 * c.pitch, pass.tilt_y_pitch = c.pitch;
@@ -2204,7 +2225,12 @@ static void gtaoi_sweep_turn(const gtao_sweep *s, int band, float *work) {
             ptrdiff_t at = (ptrdiff_t)x * s->turned_pitch + y;
             s->turned[at] = heights[x];
             s->tilt_y[at] = inside ? work[(ptrdiff_t)(y - y0) * c.pitch + x] : 0.0f;
+            if (c.bounded)
+                s->turned_tilt_x[at] = inside ? s->tilt_x[(ptrdiff_t)y * c.pitch + x] : 0.0f;
         }
+        if (c.bounded && inside)
+            memcpy(s->unturned_tilt_y + (ptrdiff_t)y * c.pitch, work + (ptrdiff_t)(y - y0) * c.pitch,
+                   (size_t)w * sizeof(float));
     }
     for (i = 0; i < 2 * s->batch; i++) /* what is read past the rows' ends */
         for (y = y0; y < y1; y++)
@@ -2244,6 +2270,8 @@ static void gtaoi_sweep_group(const gtao_sweep *s, int k, int group, int plane, 
     l.x_major = cut.x_major, l.n_major = cut.n_major, l.n_minor = cut.n_minor;
     l.plane = cut.x_major ? s->turned : c->w + GTAOI_PAD;
     l.tilt = cut.x_major ? s->tilt_y : s->tilt_x;
+    l.tilt_along = cut.x_major ? s->turned_tilt_x : s->unturned_tilt_y;
+    l.slice = c->slice + k;
     l.pitch = cut.x_major ? s->turned_pitch : c->pitch;
     l.slope = cut.slope, l.phase = cut.phase;
     l.line = cut.line_begin + group * GTAOI_TILE;
@@ -2269,7 +2297,10 @@ static void gtaoi_sweep_group(const gtao_sweep *s, int k, int group, int plane, 
     l.room = l.length + (s->o.beyond ? GTAO_BEYOND_CAPACITY : 0);
     l.options = &s->o;
     l.minor = (int *)(void *)(l.vertex + GTAOI_TILE * l.room);
-    l.above = (uint16_t *)(void *)(l.minor + l.length);
+    l.ahead = (float *)(void *)(l.minor + l.length);
+    l.highest = l.ahead + GTAOI_TILE * l.length;
+    l.highest_block = l.highest + l.length;
+    l.above = (uint16_t *)(void *)(l.highest_block + l.length);
     memset(l.above, 0, GTAOI_TILE * (size_t)(l.tiles + 4) * sizeof(uint16_t));
     gtaoi_sweep_start(&l, 0);
     GTAOI_DISPATCH(c->d.isa, gtaoi_sweep_lines, (&l));
@@ -3542,7 +3573,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_turn16)(const float *in, float *out, ptrdiff_t pi
  * two pixels of one surface, or that of the nearer one; one surface: the step is small, or goes on from either side. */
 GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
     GTAOI_NO_CONTRACT
-    float heights[GTAOI_TILE * GTAOI_TILE], bases[GTAOI_TILE * GTAOI_TILE];
+    float heights[GTAOI_TILE * GTAOI_TILE], bases[GTAOI_TILE * GTAOI_TILE], ahead[GTAOI_TILE * GTAOI_TILE];
     const gtao_context *c = l->c;
     int u, k, wrap = c->d.border == GTAO_BORDER_WRAP;
     for (u = 0; u < GTAOI_TILE; u++) {
@@ -3552,6 +3583,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
         if (position >= l->count) {
             gtaoi_fill_sky(heights + u * GTAOI_TILE, GTAOI_TILE);
             gtaoi_fill_sky(bases + u * GTAOI_TILE, GTAOI_TILE);
+            memset(ahead + u * GTAOI_TILE, 0, GTAOI_TILE * sizeof(float));
             continue;
         }
         whole = (int)place - ((double)(int)place > place);
@@ -3578,8 +3610,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
                      GV_SELECT(small, GV_ADD(a, GV_MUL(GV_SET((float)fraction), step)), nearest));
             GV_STORE(bases + u * GTAOI_TILE + k,
                      GV_ADD(nearest, GV_MUL(GV_LOAD(tilt + k), GV_SET((float)(fraction - (double)up)))));
+            if (c->bounded) {
+                const float *along = l->tilt_along + (ptrdiff_t)i * l->pitch + at + up;
+                GV_STORE(ahead + u * GTAOI_TILE + k,
+                         GV_ADD(GV_LOAD(along + k), GV_MUL(GV_LOAD(tilt + k), GV_SET((float)l->slope))));
+            }
         }
     }
+    if (c->bounded)
+        GTAOI_NAME(gtaoi_turn16)(ahead, l->ahead + tile * GTAOI_TILE, l->length);
     GTAOI_NAME(gtaoi_turn16)(heights, l->strip + tile * GTAOI_TILE, l->length);
     GTAOI_NAME(gtaoi_turn16)(bases, l->base + tile * GTAOI_TILE, l->length);
 }
@@ -3638,6 +3677,141 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_query)(const gtaoi_lines *l, int line, int 
         GV_STORE(out + n * GTAOI_W, GV_MAX(best[n], hull[n]));
 }
 
+/* The highest sample of each tile and of each block of tiles. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sweep_highest)(const gtaoi_lines *l) {
+    int line, tile, i, blocks = l->tiles / GTAOI_BLOCK + 1;
+    for (line = 0; line < GTAOI_TILE; line++) {
+        float *block = l->highest_block + line * blocks;
+        gtaoi_fill_sky(block, blocks);
+        for (tile = 0; tile < l->tiles; tile++) {
+            const float *strip = l->strip + line * l->length + tile * GTAOI_TILE;
+            float lanes[GTAOI_W];
+            GV high = GV_LOAD(strip);
+            for (i = GTAOI_W; i < GTAOI_TILE; i += GTAOI_W)
+                high = GV_MAX(high, GV_LOAD(strip + i));
+            GV_STORE(lanes, high);
+            for (i = 1; i < GTAOI_W; i++)
+                lanes[0] = gtaoi_max(lanes[0], lanes[i]);
+            l->highest[line * l->tiles + tile] = lanes[0];
+            block[tile / GTAOI_BLOCK] = gtaoi_max(block[tile / GTAOI_BLOCK], lanes[0]);
+        }
+    }
+}
+
+/* Whether samples not higher than `high`, from position `from` to position `to`, may raise the horizon of any receiver
+ * at `at`: their slopes lie between those at the ends. */
+GTAOI_FI int GTAOI_NAME(gtaoi_sweep_matters)(const gtaoi_lines *l, int at, int from, int to, float high, GV unit,
+                                             const GV *b, const GV *tangent, const GTAOI_HORIZONS *s) {
+    GTAOI_NO_CONTRACT
+    const float *inv_from = l->inverse + (at - from), *inv_to = l->inverse + (at - to);
+    int n, any = 0;
+    for (n = 0; n < GTAOI_TILE / GTAOI_W; n++) {
+        GV up = GV_MUL(GV_SUB(GV_SET(high), b[n]), unit);
+        up = GV_MAX(GV_MUL(up, GV_LOAD(inv_from + n * GTAOI_W)), GV_MUL(up, GV_LOAD(inv_to + n * GTAOI_W)));
+        any |= GM_ANY(GV_LT(s[n].rise[0], GV_SUB(up, tangent[n])));
+    }
+    return any;
+}
+
+/* The same as gtaoi_sweep_query within a radius: instead of one hull all samples on the hulls of their neighbourhoods,
+ * but for those in tiles that lie too low to matter; each weighted as in the march. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sweep_within)(const gtaoi_lines *l, int line, int tile, int backward, float *out) {
+    GTAOI_NO_CONTRACT
+    enum { N = GTAOI_TILE / GTAOI_W, FIRST = GTAO_SWEEP_NEAR + 1, LAST = GTAO_SWEEP_NEAR + GTAOI_LAG + GTAOI_TILE - 1 };
+    enum { GAP = GTAO_SWEEP_NEAR + GTAOI_LAG };
+    const gtao_context *c = l->c;
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    int at = tile * GTAOI_TILE, step = backward ? 1 : -1, k, n, t, ring = c->inv_falloff > 0.0f;
+    const float *strip = l->strip + (ptrdiff_t)line * l->length;
+    float sign = backward ? 1.0f : -1.0f, reach[GTAOI_TILE], high = GTAOI_SKY, range = 0.0f;
+    GV unit = GV_ABS(GV_SET(l->x_major ? l->slice->dx : l->slice->dy));
+    GV b[N], tangent[N];
+    GTAOI_FRAME f[N];
+    GTAOI_HORIZONS s[N];
+    for (n = 0; n < N; n++) {
+        GV w0 = one, len = one, along = zero, perp = GV_SET(l->slice->bb), rx = zero, ry = zero;
+        ptrdiff_t here = (ptrdiff_t)line * l->length + at + n * GTAOI_W;
+        b[n] = GV_LOAD(l->base + here);
+        tangent[n] = GV_MUL(GV_MUL(GV_LOAD(l->ahead + here), GV_SET(sign)), unit);
+        if (!c->orthographic) {
+            /* the receiver on the line, from (0, 0) + 0.5 along both axes */
+            GV major = GV_ADD(GV_SET((float)(l->first + at + n * GTAOI_W)), GTAOI_NAME(gtaoi_iota)());
+            GV minor = GV_ADD(GV_MUL(major, GV_SET((float)l->slope)), GV_SET((float)(l->phase + (double)(l->line + line))));
+            GV toward = GV_SET((l->backward[0] == backward) ? 1.0f : -1.0f);
+            rx = GV_SUB(GV_ADD(l->x_major ? major : minor, GV_SET(0.5f)), GV_SET(c->cx));
+            ry = GV_SUB(GV_ADD(l->x_major ? minor : major, GV_SET(0.5f)), GV_SET(c->cy));
+            rx = GV_MUL(rx, GV_SET(c->bx1)), ry = GV_MUL(ry, GV_SET(c->by1));
+            len = GV_SQRT(GV_ADD(GV_ADD(GV_MUL(rx, rx), GV_MUL(ry, ry)), one));
+            along = GV_DIV(GV_ADD(GV_MUL(rx, GV_SET(l->slice->bx)), GV_MUL(ry, GV_SET(l->slice->by))), len);
+            along = GV_MUL(along, toward);
+            perp = GV_MAX(GV_SUB(perp, GV_MUL(along, along)), GV_MUL(perp, GV_SET(1e-6f)));
+            w0 = GV_SELECT(GV_LT(zero, b[n]), b[n], one);
+        }
+        f[n].inv_perp = GV_DIV(one, GV_SQRT(perp));
+        f[n].kappa_scale = GV_MUL(GV_DIV(len, w0), f[n].inv_perp);
+        f[n].kappa_tangent = GV_SUB(GV_MUL(tangent[n], f[n].kappa_scale), GV_MUL(along, f[n].inv_perp));
+        f[n].cos_tangent = GV_DIV(f[n].kappa_tangent,
+                                  GV_SQRT(GV_ADD(one, GV_MUL(f[n].kappa_tangent, f[n].kappa_tangent))));
+        f[n].reach = GV_MUL(GV_SET(c->reach), f[n].inv_perp);
+        f[n].floor = s[n].rise[0] = zero;
+        s[n].cosine[0] = f[n].cos_tangent;
+        GV_STORE(reach + n * GTAOI_W, GV_MUL(f[n].reach, unit));
+    }
+    /* samples farther than this are out of reach: reach w / t >= 1, orthographic reach / t >= 1 */
+    for (k = 0; k < GTAOI_TILE; k++)
+        range = gtaoi_max(range, reach[k]);
+    for (t = 0; !c->orthographic && t <= l->tiles / GTAOI_BLOCK; t++)
+        high = gtaoi_max(high, l->highest_block[line * (l->tiles / GTAOI_BLOCK + 1) + t]);
+    range = gtaoi_min(c->orthographic ? range : range * gtaoi_max(high, 0.0f), 1e6f);
+#define GTAOI_VISIT(position, load)                                                                                        for (n = 0; n < N; n++) {                                                                                                  GTAOI_SAMPLE sample;                                                                                                   GV w = load, inv = GV_MUL(GV_LOAD(l->inverse + (at - (position)) + n * GTAOI_W), unit);                               GV rise = GV_SUB(GV_MUL(GV_SUB(w, b[n]), inv), tangent[n]);                                                            GM fading = GTAOI_NAME(gtaoi_rise)(c, &f[n], &s[n], 0, w, inv, rise, rise, &sample, c->orthographic, 1, 1, 0);         if (ring && GM_ANY(fading))                                                                                                GTAOI_NAME(gtaoi_fade)(c, &f[n], &s[n], 0, &sample, fading);                                                   }
+    for (k = FIRST; k <= LAST && (float)(k - GTAOI_TILE) <= range; k++) {
+        GV inv = GV_MUL(GV_SET(l->inverse[k]), unit);
+        for (n = 0; n < N; n++) {
+            GTAOI_SAMPLE sample;
+            GV w = GV_LOAD(strip + at + step * k + n * GTAOI_W);
+            GV rise = GV_SUB(GV_MUL(GV_SUB(w, b[n]), inv), tangent[n]);
+            GM fading = GTAOI_NAME(gtaoi_rise)(c, &f[n], &s[n], 0, w, inv, rise, rise, &sample, c->orthographic, 1, 1, 0);
+            if (ring && GM_ANY(fading))
+                GTAOI_NAME(gtaoi_fade)(c, &f[n], &s[n], 0, &sample, fading);
+        }
+    }
+    for (t = tile + step; t >= 0 && t < l->tiles; t += step) {
+        int near_end = backward ? t * GTAOI_TILE : t * GTAOI_TILE + GTAOI_TILE - 1;
+        int far_end = backward ? near_end + GTAOI_TILE - 1 : near_end - GTAOI_TILE + 1, block = t / GTAOI_BLOCK;
+        unsigned bits = l->above[line * (l->tiles + 4) + t + 2];
+        if ((float)(backward ? near_end - at - GTAOI_TILE + 1 : at - near_end) > range)
+            break;
+        if (t == tile + step) {
+            bits &= backward ? 0xffffu << GAP : 0xffffu >> GAP;
+        } else {
+            if (t % GTAOI_BLOCK == (backward ? 0 : GTAOI_BLOCK - 1) &&
+                !GTAOI_NAME(gtaoi_sweep_matters)(l, at, near_end, far_end + step * GTAOI_TILE * (GTAOI_BLOCK - 1),
+                                                 l->highest_block[line * (l->tiles / GTAOI_BLOCK + 1) + block], unit, b,
+                                                 tangent, s)) {
+                t += step * (GTAOI_BLOCK - 1);
+                continue;
+            }
+            if (!GTAOI_NAME(gtaoi_sweep_matters)(l, at, near_end, far_end, l->highest[line * l->tiles + t], unit, b,
+                                                 tangent, s))
+                continue;
+        }
+        while (bits & 0xffffu) {
+            bits &= 0xffffu;
+            k = backward ? gtaoi_lowest(bits) : gtaoi_highest(bits);
+            bits ^= 1u << k;
+            k += t * GTAOI_TILE;
+            GTAOI_VISIT(k, GV_SET(strip[k]))
+        }
+    }
+#undef GTAOI_VISIT
+    for (n = 0; n < N; n++) {
+        GM occluded = GV_LT(one, zero);
+        GV kappa = GTAOI_NAME(gtaoi_kappa)(c, &f[n], &s[n], 0, &occluded);
+        GV rise = GV_DIV(GV_SUB(kappa, f[n].kappa_tangent), f[n].kappa_scale);
+        GV_STORE(out + n * GTAOI_W, GV_DIV(GV_ADD(rise, tangent[n]), unit));
+    }
+}
+
 /* One group of lines: read, then swept either way. */
 GTAOI_FN void GTAOI_NAME(gtaoi_sweep_lines)(gtaoi_lines *l) {
     int tile, line, side, i, tiles = l->tiles;
@@ -3647,6 +3821,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_lines)(gtaoi_lines *l) {
         for (tile = 0; tile < tiles; tile++)
             l->above[line * (tiles + 4) + tile + 2] =
                 (uint16_t)GTAOI_NAME(gtaoi_sweep_above)(l->strip + line * l->length + tile * GTAOI_TILE);
+    if (l->c->bounded)
+        GTAOI_NAME(gtaoi_sweep_highest)(l);
     for (side = 0; side < 2; side++) {
         enum { GAP = GTAO_SWEEP_NEAR + GTAOI_LAG };
         int backward = l->backward[side];
@@ -3657,7 +3833,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_lines)(gtaoi_lines *l) {
             float found[GTAOI_TILE * GTAOI_TILE], turned[GTAOI_TILE * GTAOI_TILE];
             int at;
             tile = backward ? tiles - 1 - i : i, at = tile * GTAOI_TILE;
-            for (line = 0; line < GTAOI_TILE; line++) { /* 16 samples, GAP from the receivers, of two tiles */
+            for (line = 0; line < GTAOI_TILE && !l->c->bounded; line++) { /* 16 samples, GAP from the receivers, of two tiles */
                 const uint16_t *above = l->above + line * (tiles + 4) + tile + 2;
                 unsigned bits = backward ? (unsigned)above[1] >> GAP | (unsigned)above[2] << (GTAOI_TILE - GAP)
                                          : (unsigned)above[-2] >> (GTAOI_TILE - GAP) | (unsigned)above[-1] << GAP;
@@ -3666,8 +3842,12 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_lines)(gtaoi_lines *l) {
             }
             if (at + GTAOI_TILE <= l->begin || at >= l->end)
                 continue;
-            for (line = 0; line < GTAOI_TILE; line++)
-                GTAOI_NAME(gtaoi_sweep_query)(l, line, tile, backward, found + line * GTAOI_TILE);
+            for (line = 0; line < GTAOI_TILE; line++) {
+                if (l->c->bounded)
+                    GTAOI_NAME(gtaoi_sweep_within)(l, line, tile, backward, found + line * GTAOI_TILE);
+                else
+                    GTAOI_NAME(gtaoi_sweep_query)(l, line, tile, backward, found + line * GTAOI_TILE);
+            }
             if (!l->x_major)
                 GTAOI_NAME(gtaoi_turn16)(found, turned, GTAOI_TILE);
             gtaoi_sweep_store(l, side, tile, l->x_major ? found : turned);
