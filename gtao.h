@@ -3698,31 +3698,32 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_highest)(const gtaoi_lines *l) {
     }
 }
 
-/* Whether samples not higher than `high`, from position `from` to position `to`, may raise the horizon of any receiver
- * at `at`: their slopes lie between those at the ends. */
-GTAOI_FI int GTAOI_NAME(gtaoi_sweep_matters)(const gtaoi_lines *l, int at, int from, int to, float high, GV unit,
-                                             const GV *b, const GV *tangent, const GTAOI_HORIZONS *s) {
+/* Whether samples at the distances k0 .. k1 may raise the horizon of any receiver of a tile: the highest of the tiles
+ * from `t` to `t_end` that they lie in, `high` of `count` tiles or blocks of tiles each, at either distance. */
+GTAOI_FI int GTAOI_NAME(gtaoi_sweep_matters)(const gtaoi_lines *l, const float *high, int count, int t, int t_end,
+                                             int k0, int k1, GV unit, const GV *b, const GV *tangent,
+                                             const GTAOI_HORIZONS *s) {
     GTAOI_NO_CONTRACT
-    const float *inv_from = l->inverse + (at - from), *inv_to = l->inverse + (at - to);
+    float top = gtaoi_max(t >= 0 && t < count ? high[t] : GTAOI_SKY, t_end >= 0 && t_end < count ? high[t_end] : GTAOI_SKY);
     int n, any = 0;
     for (n = 0; n < GTAOI_TILE / GTAOI_W; n++) {
-        GV up = GV_MUL(GV_SUB(GV_SET(high), b[n]), unit);
-        up = GV_MAX(GV_MUL(up, GV_LOAD(inv_from + n * GTAOI_W)), GV_MUL(up, GV_LOAD(inv_to + n * GTAOI_W)));
+        GV up = GV_MUL(GV_SUB(GV_SET(top), b[n]), unit);
+        up = GV_MAX(GV_MUL(up, GV_SET(l->inverse[k0])), GV_MUL(up, GV_SET(l->inverse[k1])));
         any |= GM_ANY(GV_LT(s[n].rise[0], GV_SUB(up, tangent[n])));
     }
     return any;
 }
 
-/* The same as gtaoi_sweep_query within a radius: instead of one hull all samples on the hulls of their neighbourhoods,
- * but for those in tiles that lie too low to matter; each weighted as in the march. */
+/* The same as gtaoi_sweep_query within a radius, where no hull will do: every sample, but for tiles that lie too low to
+ * matter; each weighted as in the march. */
 GTAOI_FN void GTAOI_NAME(gtaoi_sweep_within)(const gtaoi_lines *l, int line, int tile, int backward, float *out) {
     GTAOI_NO_CONTRACT
-    enum { N = GTAOI_TILE / GTAOI_W, FIRST = GTAO_SWEEP_NEAR + 1, LAST = GTAO_SWEEP_NEAR + GTAOI_LAG + GTAOI_TILE - 1 };
-    enum { GAP = GTAO_SWEEP_NEAR + GTAOI_LAG };
+    enum { N = GTAOI_TILE / GTAOI_W };
     const gtao_context *c = l->c;
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
-    int at = tile * GTAOI_TILE, step = backward ? 1 : -1, k, n, t, ring = c->inv_falloff > 0.0f;
-    const float *strip = l->strip + (ptrdiff_t)line * l->length;
+    int step = backward ? 1 : -1, at = tile * GTAOI_TILE, k, n, t, ring = c->inv_falloff > 0.0f;
+    int blocks = l->tiles / GTAOI_BLOCK + 1, end = (backward ? l->tiles - tile : tile + 1) * GTAOI_TILE;
+    const float *sample_at = l->strip + (ptrdiff_t)line * l->length + at;
     float sign = backward ? 1.0f : -1.0f, reach[GTAOI_TILE], high = GTAOI_SKY, range = 0.0f;
     GV unit = GV_ABS(GV_SET(l->x_major ? l->slice->dx : l->slice->dy));
     GV b[N], tangent[N];
@@ -3760,50 +3761,39 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_within)(const gtaoi_lines *l, int line, int
     /* samples farther than this are out of reach: reach w / t >= 1, orthographic reach / t >= 1 */
     for (k = 0; k < GTAOI_TILE; k++)
         range = gtaoi_max(range, reach[k]);
-    for (t = 0; !c->orthographic && t <= l->tiles / GTAOI_BLOCK; t++)
-        high = gtaoi_max(high, l->highest_block[line * (l->tiles / GTAOI_BLOCK + 1) + t]);
-    range = gtaoi_min(c->orthographic ? range : range * gtaoi_max(high, 0.0f), 1e6f);
-#define GTAOI_VISIT(position, load)                                                                                        for (n = 0; n < N; n++) {                                                                                                  GTAOI_SAMPLE sample;                                                                                                   GV w = load, inv = GV_MUL(GV_LOAD(l->inverse + (at - (position)) + n * GTAOI_W), unit);                               GV rise = GV_SUB(GV_MUL(GV_SUB(w, b[n]), inv), tangent[n]);                                                            GM fading = GTAOI_NAME(gtaoi_rise)(c, &f[n], &s[n], 0, w, inv, rise, rise, &sample, c->orthographic, 1, 1, 0);         if (ring && GM_ANY(fading))                                                                                                GTAOI_NAME(gtaoi_fade)(c, &f[n], &s[n], 0, &sample, fading);                                                   }
-    for (k = FIRST; k <= LAST && (float)(k - GTAOI_TILE) <= range; k++) {
-        GV inv = GV_MUL(GV_SET(l->inverse[k]), unit);
+    for (t = 0; !c->orthographic && t < blocks; t++)
+        high = gtaoi_max(high, l->highest_block[line * blocks + t]);
+    range = gtaoi_min(c->orthographic ? range : range * gtaoi_max(high, 0.0f), (float)end);
+    for (k = GTAO_SWEEP_NEAR + 1; (float)k <= range; k++) {
+        GV inv;
+        if (k % GTAOI_TILE == 1) { /* from here on the samples are those of tiles t and beyond */
+            const float *highest = l->highest + line * l->tiles;
+            t = tile + step * (k / GTAOI_TILE);
+            if (k % (GTAOI_TILE * GTAOI_BLOCK) == 1) {
+                int further = t + step * GTAOI_BLOCK;
+                if (!GTAOI_NAME(gtaoi_sweep_matters)(l, l->highest_block + line * blocks, blocks, t / GTAOI_BLOCK,
+                                                     further < 0 ? -1 : further / GTAOI_BLOCK, k,
+                                                     k + GTAOI_TILE * GTAOI_BLOCK - 1, unit, b, tangent, s)) {
+                    k += GTAOI_TILE * GTAOI_BLOCK - 1;
+                    continue;
+                }
+            }
+            if (!GTAOI_NAME(gtaoi_sweep_matters)(l, highest, l->tiles, t, t + step, k, k + GTAOI_TILE - 1, unit, b,
+                                                 tangent, s)) {
+                k += GTAOI_TILE - 1;
+                continue;
+            }
+        }
+        inv = GV_MUL(GV_SET(l->inverse[k]), unit);
         for (n = 0; n < N; n++) {
             GTAOI_SAMPLE sample;
-            GV w = GV_LOAD(strip + at + step * k + n * GTAOI_W);
+            GV w = GV_LOAD(sample_at + step * k + n * GTAOI_W);
             GV rise = GV_SUB(GV_MUL(GV_SUB(w, b[n]), inv), tangent[n]);
             GM fading = GTAOI_NAME(gtaoi_rise)(c, &f[n], &s[n], 0, w, inv, rise, rise, &sample, c->orthographic, 1, 1, 0);
             if (ring && GM_ANY(fading))
                 GTAOI_NAME(gtaoi_fade)(c, &f[n], &s[n], 0, &sample, fading);
         }
     }
-    for (t = tile + step; t >= 0 && t < l->tiles; t += step) {
-        int near_end = backward ? t * GTAOI_TILE : t * GTAOI_TILE + GTAOI_TILE - 1;
-        int far_end = backward ? near_end + GTAOI_TILE - 1 : near_end - GTAOI_TILE + 1, block = t / GTAOI_BLOCK;
-        unsigned bits = l->above[line * (l->tiles + 4) + t + 2];
-        if ((float)(backward ? near_end - at - GTAOI_TILE + 1 : at - near_end) > range)
-            break;
-        if (t == tile + step) {
-            bits &= backward ? 0xffffu << GAP : 0xffffu >> GAP;
-        } else {
-            if (t % GTAOI_BLOCK == (backward ? 0 : GTAOI_BLOCK - 1) &&
-                !GTAOI_NAME(gtaoi_sweep_matters)(l, at, near_end, far_end + step * GTAOI_TILE * (GTAOI_BLOCK - 1),
-                                                 l->highest_block[line * (l->tiles / GTAOI_BLOCK + 1) + block], unit, b,
-                                                 tangent, s)) {
-                t += step * (GTAOI_BLOCK - 1);
-                continue;
-            }
-            if (!GTAOI_NAME(gtaoi_sweep_matters)(l, at, near_end, far_end, l->highest[line * l->tiles + t], unit, b,
-                                                 tangent, s))
-                continue;
-        }
-        while (bits & 0xffffu) {
-            bits &= 0xffffu;
-            k = backward ? gtaoi_lowest(bits) : gtaoi_highest(bits);
-            bits ^= 1u << k;
-            k += t * GTAOI_TILE;
-            GTAOI_VISIT(k, GV_SET(strip[k]))
-        }
-    }
-#undef GTAOI_VISIT
     for (n = 0; n < N; n++) {
         GM occluded = GV_LT(one, zero);
         GV kappa = GTAOI_NAME(gtaoi_kappa)(c, &f[n], &s[n], 0, &occluded);
@@ -3817,7 +3807,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_lines)(gtaoi_lines *l) {
     int tile, line, side, i, tiles = l->tiles;
     for (tile = 0; tile < tiles; tile++)
         GTAOI_NAME(gtaoi_sweep_read)(l, tile);
-    for (line = 0; line < GTAOI_TILE; line++)
+    for (line = 0; line < GTAOI_TILE && !l->c->bounded; line++)
         for (tile = 0; tile < tiles; tile++)
             l->above[line * (tiles + 4) + tile + 2] =
                 (uint16_t)GTAOI_NAME(gtaoi_sweep_above)(l->strip + line * l->length + tile * GTAOI_TILE);
