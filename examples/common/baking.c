@@ -1,6 +1,7 @@
 /* baking.c - see baking.h */
 #include "baking.h"
 
+#include "canvas.h"
 #include "cli.h"
 #include "gtao.h"
 #include "pool.h"
@@ -26,7 +27,7 @@ enum { OUT_VISIBILITY, OUT_BENT, OUT_HORIZONS, OUT_COUNT };
 typedef struct settings {
     terrain_source source;
     const char *output[OUT_COUNT];
-    const char *stats, *work;
+    const char *stats, *work, *picture;
     double pixel[2];
     int pixel_count;
     float radius, falloff;
@@ -48,13 +49,14 @@ struct baking {
     int tile_width, tile_height, columns, rows;
     pool *workers;
     double started, shown, seconds_reading, seconds_computing, seconds_writing;
-    int first_done, progress_count, progress_done;
+    int first_done, progress_count, progress_done, tiles_found, tiles_computed;
     long long pixels_computed;
 
     /* the tile in work */
-    gtao_desc desc;
-    gtao_output output;
-    gtao_context *context;
+    gtao_sweep *sweep;
+    char *work_memory; /* of each thread */
+    size_t work_bytes;
+    int phase;
 };
 
 /* ---- options ------------------------------------------------------------------------------------------------------ */
@@ -79,6 +81,7 @@ enum {
     OPT_GREEN,
     OPT_WORLD_AXES,
     OPT_HORIZONS,
+    OPT_PICTURE,
     OPT_BITS,
     OPT_MEMORY,
     OPT_TILE,
@@ -116,6 +119,7 @@ static const option_info option_table[OPT_COUNT] = {
     {"--green", "opengl|directx", "green of the tangent space is up (opengl) or down the image"},
     {"--world-axes", "+x+y+z", "world: the axes that right, up and out of the map are; +x-z+y: y is up"},
     {"--horizons", "FILE", "sine of the horizon's elevation, a channel for each side of each direction"},
+    {"--picture", "FILE.png", "a look at it: heights, visibility, bent normals, and lit by sun and sky"},
     {"--bits", "8|16", "of PNG files (8)"},
     {"--memory", "SIZE", "to use at most, such as 512M or 2G (1G); decides the size of the tiles"},
     {"--tile", "N", "pixels a side of a tile instead"},
@@ -309,6 +313,9 @@ static int set_option(baking *b, int id, const char *value) {
     case OPT_HORIZONS:
         o->output[OUT_HORIZONS] = value;
         return 1;
+    case OPT_PICTURE:
+        o->picture = value;
+        return 1;
     case OPT_BITS:
         if (!set_integer(b, id, value, 8, 16, "8 or 16", &o->bits))
             return 0;
@@ -395,7 +402,7 @@ static int check_file(const baking *b, const char *name, const char *file) {
 
 static int check_options(baking *b) {
     settings *o = &b->o;
-    const char *files[OUT_COUNT + 1], *names[OUT_COUNT + 1], *inputs[] = {o->source.heights, o->source.normals};
+    const char *files[OUT_COUNT + 2], *names[OUT_COUNT + 2], *inputs[] = {o->source.heights, o->source.normals};
     int count = 0;
     if (!o->source.heights)
         return error_line(b, "--height: required, see --help");
@@ -414,6 +421,14 @@ static int check_options(baking *b) {
     if (!count)
         return error_line(b, "-o, --bent or --horizons: one of them is required, see --help");
     const char *first = files[0];
+    if (o->picture) {
+        names[count] = "--picture";
+        files[count++] = o->picture;
+        if (raster_format_of(o->picture) != RASTER_PNG)
+            return error_line(b, "--picture %s: the name must end in .png", o->picture);
+        if (!o->output[OUT_VISIBILITY])
+            return error_line(b, "--picture: only with -o");
+    }
     if (o->stats) {
         names[count] = "--stats";
         files[count++] = o->stats;
@@ -495,9 +510,9 @@ typedef struct box {
     int x, y, width, height;
 } box;
 
-/* What is computed for a core: at an open border the map ends, at a clamped one a few pixels of its edge go on. */
+/* What is computed for a core: at an open border the map ends, beyond others something goes on. */
 static box window_of(const baking *b, box core) {
-    int m = b->map.overlap, beyond = b->o.border == GTAO_BORDER_WRAP ? m : b->o.border == GTAO_BORDER_CLAMP ? 2 : 0;
+    int m = b->map.overlap, beyond = b->o.border == GTAO_BORDER_OPEN ? 0 : m;
     if (core.width == b->map.width && core.height == b->map.height)
         return core; /* the library knows borders itself */
     int x0 = core.x - m, y0 = core.y - m, x1 = core.x + core.width + m, y1 = core.y + core.height + m;
@@ -509,7 +524,7 @@ static box window_of(const baking *b, box core) {
     return w;
 }
 
-static void describe(baking *b, box window, gtao_desc *desc) {
+static void describe(baking *b, box window, int whole, gtao_desc *desc) {
     memset(desc, 0, sizeof *desc);
     desc->width = window.width;
     desc->height = window.height;
@@ -518,13 +533,10 @@ static void describe(baking *b, box window, gtao_desc *desc) {
     desc->camera.projection = GTAO_ORTHOGRAPHIC;
     desc->camera.sx = (float)b->o.pixel[0];
     desc->camera.sy = (float)b->o.pixel[1];
-    desc->border =
-        window.width == b->map.width && window.height == b->map.height ? (gtao_border)b->o.border : GTAO_BORDER_OPEN;
+    desc->border = whole ? (gtao_border)b->o.border : GTAO_BORDER_OPEN;
     desc->radius = b->o.radius;
     desc->falloff = b->o.falloff;
     desc->slices = b->o.directions;
-    desc->every_pixel = 1;
-    desc->noise = GTAO_NOISE_NONE;
     desc->isa = (gtao_isa)b->o.isa;
 }
 
@@ -532,25 +544,50 @@ static int channels_of(const baking *b, int output) {
     return output == OUT_BENT ? 3 : output == OUT_HORIZONS ? 2 * b->o.directions : 1;
 }
 
-/* Bytes while a tile is in work, 0 if the library refuses the description. */
+/* What is asked of the library. The buffers' contents do not matter when sizes are asked for. */
+static void describe_outputs(box window, box core, float *const planes[OUT_COUNT], gtao_output *output,
+                             gtao_sweep_options *options) {
+    memset(output, 0, sizeof *output);
+    memset(options, 0, sizeof *options);
+    output->visibility = planes[OUT_VISIBILITY];
+    output->bent_normals = planes[OUT_BENT];
+    options->horizons = planes[OUT_HORIZONS];
+    options->region[0] = core.x - window.x;
+    options->region[1] = core.y - window.y;
+    options->region[2] = core.x - window.x + core.width;
+    options->region[3] = core.y - window.y + core.height;
+}
+
+static int is_whole(const baking *b, box core) {
+    return core.width == b->map.width && core.height == b->map.height;
+}
+
+/* Bytes while a tile is in work, 0 if the library refuses the description. Memory of 16 threads, however many there
+ * are, so that the tiles do not depend on them. */
 static double tile_bytes(baking *b, int width, int height) {
-    box core = {0, 0, width, height}, window;
+    float something, *planes[OUT_COUNT];
+    box core = {0, 0, width, height}, window = window_of(b, core);
     gtao_desc desc;
-    int whole = width == b->map.width && height == b->map.height;
-    window = window_of(b, core);
-    if (!whole) { /* in the middle of the map */
+    gtao_output output;
+    gtao_sweep_options options;
+    if (!is_whole(b, core)) { /* in the middle of the map */
+        core.x = core.y = b->map.overlap;
+        window.x = window.y = 0;
         window.width = width + 2 * b->map.overlap;
         window.height = height + 2 * b->map.overlap;
     }
-    describe(b, window, &desc);
-    double scratch = (double)gtao_scratch_size(&desc), pixels = (double)window.width * window.height, floats = 1.0;
+    for (int k = 0; k < OUT_COUNT; ++k)
+        planes[k] = b->o.output[k] || k == OUT_VISIBILITY ? &something : NULL;
+    describe(b, window, is_whole(b, core), &desc);
+    describe_outputs(window, core, planes, &output, &options);
+    double scratch = (double)gtao_sweep_scratch_size(&desc, &output, &options);
+    double pixels = (double)window.width * window.height, floats = 1.0 + (b->map.has_normals ? 3.0 : 0.0);
     if (!(scratch > 0.0))
         return 0.0;
-    floats += b->map.has_normals ? 3.0 : 0.0;
     for (int k = 0; k < OUT_COUNT; ++k)
-        floats += b->o.output[k] || k == OUT_VISIBILITY ? (double)channels_of(b, k) : 0.0;
-    int side = width > height ? width : height;
-    return scratch + 4.0 * floats * pixels + (whole ? 0.0 : (double)terrain_view_bytes(&b->map, side));
+        floats += planes[k] ? (double)channels_of(b, k) : 0.0;
+    return scratch + 16.0 * (double)gtao_sweep_work_size(&desc, &options) + 4.0 * floats * pixels +
+           (is_whole(b, core) ? 0.0 : (double)terrain_view_bytes(&b->map, window.width, window.height));
 }
 
 static void set_tiles(baking *b, int side) {
@@ -564,12 +601,11 @@ static void set_tiles(baking *b, int side) {
 static int choose_tiles(baking *b) {
     const double fixed = 48.0 * MIB; /* the program, its libraries, buffers of files */
     double budget = b->o.memory - fixed;
-    gtao_desc desc;
-    box probe = {0, 0, 64, 64};
-    describe(b, probe, &desc);
-    if (!gtao_scratch_size(&desc)) {
-        gtao_context *context;
-        gtao_result why = gtao_begin(&desc, NULL, NULL, 0, &context);
+    if (!(tile_bytes(b, 256, 256) > 0.0)) {
+        gtao_desc desc;
+        box probe = {0, 0, 256, 256};
+        describe(b, probe, 0, &desc);
+        gtao_result why = gtao_sweep_compute(&desc, NULL, NULL, NULL, 0, NULL, NULL);
         return error_line(b, "%s: %s", b->o.source.heights, gtao_result_string(why));
     }
     if (given(b, OPT_TILE)) {
@@ -667,19 +703,27 @@ static int job_text(const baking *b, char *text, size_t size) {
                     b->tile_height) < (int)size;
 }
 
-static int lock_work(baking *b) {
-    char path[4096 + 64];
+/* Byte 0 of the lock's file is the process that leads a job, byte 1 is shared by those that joined it: a rank that
+ * outlives its job keeps the next one from starting. */
+static int lock_byte(const baking *b, short type, off_t byte) {
     struct flock lock;
+    memset(&lock, 0, sizeof lock);
+    lock.l_type = type;
+    lock.l_whence = SEEK_SET;
+    lock.l_start = byte;
+    lock.l_len = 1;
+    return fcntl(b->lock, F_SETLK, &lock) == 0 || (errno != EACCES && errno != EAGAIN); /* no locks: go on without */
+}
+
+static int lock_work(baking *b, int leads) {
+    char path[4096 + 64];
     work_path(b, "lock", path, sizeof path);
     b->lock = open(path, O_RDWR | O_CREAT, 0666);
-    memset(&lock, 0, sizeof lock);
-    lock.l_type = F_WRLCK;
-    lock.l_whence = SEEK_SET;
     if (b->lock < 0)
         return error_line(b, "--work %s: %s", b->work, strerror(errno));
-    if (fcntl(b->lock, F_SETLK, &lock) != 0 && (errno == EACCES || errno == EAGAIN))
-        return error_line(b, "--work %s: in use by another process", b->work);
-    return 1;
+    if (leads ? lock_byte(b, F_WRLCK, 0) && lock_byte(b, F_WRLCK, 1) : lock_byte(b, F_RDLCK, 1))
+        return !leads || lock_byte(b, F_UNLCK, 1);
+    return error_line(b, "--work %s: in use by another process", b->work);
 }
 
 /* A directory of our own, new or left by the same job. */
@@ -693,7 +737,7 @@ static int enter_work(baking *b) {
     if (!there && access(b->work, W_OK | X_OK) != 0)
         return error_line(b, "--work %s: %s", b->work, strerror(errno));
     b->created_work = !there;
-    if (!lock_work(b))
+    if (!lock_work(b, 1))
         return 0;
     work_path(b, "job", path, sizeof path);
     FILE *file = there ? fopen(path, "rb") : NULL;
@@ -712,7 +756,7 @@ static int enter_work(baking *b) {
         close(b->lock);
         mkdir(b->work, 0777);
         b->created_work = 1;
-        if (!lock_work(b))
+        if (!lock_work(b, 1))
             return 0;
     }
     if (b->created_work && (!image_write_text(path, text, &pending, &error) || !image_commit(&pending, &error)))
@@ -794,6 +838,8 @@ int baking_join(baking *b) {
     b->started = cli_seconds();
     if (!settle(b))
         return 0;
+    if (!lock_work(b, 0))
+        return 0;
     if (!terrain_open(b->work, &b->map, &error))
         return error_line(b, "--work %s", error.text);
     b->has_map = 1;
@@ -840,7 +886,7 @@ static void tile_path(const baking *b, int tile, char *path, size_t size) {
     snprintf(path, size, "%s/tile-%06d", b->work, tile);
 }
 
-int baking_tile_done(const baking *b, int tile) {
+int baking_tile_done(baking *b, int tile) {
     char path[4096 + 64];
     float buffer[4096];
     tile_path(b, tile, path, sizeof path);
@@ -858,7 +904,18 @@ int baking_tile_done(const baking *b, int tile) {
     }
     ok = ok && fread(&stored, sizeof stored, 1, file) == 1 && stored == sum && getc(file) == EOF;
     fclose(file);
+    b->tiles_found += ok;
     return ok;
+}
+
+/* Sines of elevation, by azimuth, from the library's planes of angles: + and - side of a slice in turn. */
+static void horizon_row(const baking *b, const float *planes, size_t plane, int width, float *row) {
+    int slices = b->o.directions;
+    for (int x = 0; x < width; ++x)
+        for (int i = 0; i < 2 * slices; ++i) {
+            float sine;
+            gtao_sincos(planes[(size_t)(i < slices ? 2 * i : 2 * (i - slices) + 1) * plane + (size_t)x], &sine, row++);
+        }
 }
 
 /* Under its own name only when it is complete and on the disk. */
@@ -873,64 +930,90 @@ static int write_tile(baking *b, int tile, box window, float *const planes[OUT_C
     FILE *file = image_open_pending(path, &pending, &error);
     if (!file)
         return error_line(b, "--work %s", error.text);
-    int ok = fwrite(&header, sizeof header, 1, file) == 1;
+    int widest = 2 * b->o.directions;
+    float *line = malloc((size_t)core.width * (size_t)widest * sizeof *line);
+    int ok = line && fwrite(&header, sizeof header, 1, file) == 1;
     for (int k = 0; k < OUT_COUNT; ++k) {
         size_t channels = (size_t)channels_of(b, k), floats = (size_t)core.width * channels;
         for (int y = 0; b->o.output[k] && ok && y < core.height; ++y) {
             size_t pixel = (size_t)(y + core.y - window.y) * (size_t)window.width + (size_t)(core.x - window.x);
-            const float *row = planes[k] + pixel * channels;
+            const float *row = line;
+            if (k == OUT_HORIZONS)
+                horizon_row(b, planes[k] + pixel, (size_t)window.width * (size_t)window.height, core.width, line);
+            else
+                row = planes[k] + pixel * channels;
             sum = checksum(sum, row, floats * 4);
             ok = fwrite(row, 4, floats, file) == floats;
         }
     }
+    free(line);
     ok = ok && fwrite(&sum, sizeof sum, 1, file) == 1 && fflush(file) == 0 && fsync(fileno(file)) == 0;
     if (!image_close_pending(file, ok, path, &pending, &error) || !image_commit(&pending, &error))
         return error_line(b, "--work %s", error.text);
     return 1;
 }
 
-static void prepare_rows(void *user, int thread, int row_begin, int row_end) {
+static void run_units(void *user, int thread, int begin, int end) {
     baking *b = user;
-    (void)thread;
-    gtao_prepare_rows(b->context, row_begin, row_end);
+    gtao_sweep_run(b->sweep, b->phase, begin, end, b->work_memory + (size_t)thread * b->work_bytes);
 }
 
-static void visibility_rows(void *user, int thread, int row_begin, int row_end) {
+static void show_units(void *user, int done, int units) {
     baking *b = user;
-    (void)thread;
-    gtao_visibility_rows(b->context, row_begin, row_end, NULL);
+    baking_progress(b, b->progress_done, b->progress_count,
+                    (b->phase + (double)done / units) / gtao_sweep_phases(b->sweep));
 }
 
-static void show_rows(void *user, int done, int rows) {
-    baking *b = user;
-    baking_progress(b, b->progress_done, b->progress_count, (double)done / rows);
+static int out_of_memory(const baking *b) {
+    return error_line(b, "--memory: not enough memory for a tile, give less");
 }
 
-static int compute_window(baking *b, box window, const float *heights, const float *normals,
+static int look_beyond(void *user, double x, double y, double dx, double dy, int capacity, float *distance_px,
+                       float *depth) {
+    return terrain_far_line(user, x, y, dx, dy, capacity, distance_px, depth);
+}
+
+static int compute_window(baking *b, box window, box core, const float *heights, const float *normals,
                           float *const planes[OUT_COUNT]) {
-    gtao_desc *desc = &b->desc;
-    describe(b, window, desc);
-    desc->depth = heights;
-    desc->normals = normals;
-    memset(&b->output, 0, sizeof b->output);
-    b->output.visibility = planes[OUT_VISIBILITY];
-    b->output.bent_normals = planes[OUT_BENT];
-    size_t size = gtao_scratch_size(desc);
-    void *scratch = malloc(size ? size : 1);
-    if (!scratch)
-        return error_line(b, "--memory: not enough memory for a tile, give less");
-    gtao_result result = gtao_begin(desc, &b->output, scratch, size, &b->context);
-    if (result == GTAO_OK) {
-        pool_run(b->workers, window.height, 0, prepare_rows, NULL, b);
-        pool_run(b->workers, window.height, 0, visibility_rows, show_rows, b);
+    image_error error;
+    gtao_desc desc;
+    gtao_output output;
+    gtao_sweep_options options;
+    terrain_view view;
+    memset(&view, 0, sizeof view);
+    describe(b, window, is_whole(b, core), &desc);
+    desc.depth = heights;
+    desc.normals = normals;
+    describe_outputs(window, core, planes, &output, &options);
+    double pixel = b->o.pixel[0] < b->o.pixel[1] ? b->o.pixel[0] : b->o.pixel[1];
+    double reach = (double)b->o.radius / pixel - b->map.overlap; /* beyond the window */
+    if (!is_whole(b, core) && reach > 0.0) {
+        if (!terrain_view_create(&b->map, (terrain_border)b->o.border, window.x, window.y, window.width, window.height,
+                                 reach, &view, &error))
+            return error_line(b, "--work %s: %s", b->work, error.text);
+        options.beyond = look_beyond;
+        options.beyond_user = &view;
+        options.beyond_reach = (int)view.reach_px + 1;
     }
+    size_t size = gtao_sweep_scratch_size(&desc, &output, &options);
+    void *scratch = malloc(size ? size : 1);
+    b->work_bytes = (gtao_sweep_work_size(&desc, &options) + 63) / 64 * 64;
+    b->work_memory = malloc(b->work_bytes * (size_t)pool_threads(b->workers));
+    int ok = scratch && b->work_memory ? 1 : out_of_memory(b);
+    gtao_result result = ok ? gtao_sweep_begin(&desc, &output, &options, scratch, size, &b->sweep) : GTAO_OK;
+    if (result != GTAO_OK)
+        ok = error_line(b, "%s: %s", b->o.source.heights, gtao_result_string(result));
+    for (b->phase = 0; ok && b->phase < gtao_sweep_phases(b->sweep); ++b->phase)
+        pool_run(b->workers, gtao_sweep_units(b->sweep, b->phase), 0, run_units, show_units, b);
     free(scratch);
-    return result == GTAO_OK ? 1 : error_line(b, "%s: %s", b->o.source.heights, gtao_result_string(result));
+    free(b->work_memory);
+    terrain_view_free(&view);
+    return ok;
 }
 
 int baking_tile(baking *b, int tile) {
     image_error error;
-    box window = window_of(b, core_of(b, tile));
+    box core = core_of(b, tile), window = window_of(b, core);
     size_t pixels = (size_t)window.width * (size_t)window.height;
     float *heights = malloc(pixels * sizeof(float)), *planes[OUT_COUNT] = {NULL, NULL, NULL};
     float *normals = b->map.has_normals ? malloc(3 * pixels * sizeof(float)) : NULL;
@@ -943,19 +1026,20 @@ int baking_tile(baking *b, int tile) {
         }
     double t0 = cli_seconds();
     if (!ok)
-        error_line(b, "--memory: not enough memory for a tile, give less");
+        out_of_memory(b);
     else if (!terrain_heights(&b->map, border, window.x, window.y, window.width, window.height, heights, &error) ||
              (normals &&
               !terrain_normals(&b->map, border, window.x, window.y, window.width, window.height, normals, &error)))
         ok = error_line(b, "--work %s", error.text);
     double t1 = cli_seconds();
-    ok = ok && compute_window(b, window, heights, normals, planes);
+    ok = ok && compute_window(b, window, core, heights, normals, planes);
     double t2 = cli_seconds();
     ok = ok && write_tile(b, tile, window, planes);
     b->seconds_reading += t1 - t0;
     b->seconds_computing += t2 - t1;
     b->seconds_writing += cli_seconds() - t2;
-    b->pixels_computed += (long long)pixels;
+    b->pixels_computed += (long long)core.width * core.height;
+    ++b->tiles_computed;
     for (int k = 0; k < OUT_COUNT; ++k)
         free(planes[k]);
     free(heights);
@@ -1062,6 +1146,147 @@ static int write_rows(const baking *b, raster_writer *const writers[OUT_COUNT]) 
     return ok;
 }
 
+/* ---- the picture -------------------------------------------------------------------------------------------------- */
+
+enum { PICTURE_SIDE = 512, PICTURE_MARGIN = 12, PICTURE_TITLE = 30 };
+
+/* `factor` x `factor` pixels to one, of the heights (output < 0) or an output. */
+static int shrink(const baking *b, int output, int factor, image *small) {
+    image_error error;
+    int channels = output < 0 ? 1 : channels_of(b, output), ok = 1;
+    if (!image_create(small, (b->map.width + factor - 1) / factor, (b->map.height + factor - 1) / factor, channels,
+                      &error))
+        return error_line(b, "--picture %s", error.text);
+    size_t row = (size_t)b->map.width * (size_t)channels, wide = (size_t)small->width * (size_t)channels;
+    float *line = malloc(row * sizeof *line);
+    float *weight = calloc((size_t)small->width * (size_t)small->height, sizeof *weight);
+    ok = line && weight ? 1 : error_line(b, "--picture: not enough memory");
+    for (int y = 0; ok && y < b->map.height; ++y) {
+        int tile_row = y / b->tile_height;
+        if (output < 0)
+            ok = terrain_heights(&b->map, TERRAIN_OPEN, 0, y, b->map.width, 1, line, &error);
+        else
+            ok = gather_rows(b, tile_row, y - tile_row * b->tile_height, 1, output, line);
+        for (int x = 0; ok && x < b->map.width; ++x) {
+            size_t to = (size_t)(x / factor), cell = (size_t)(y / factor) * (size_t)small->width + to;
+            const float *from = line + (size_t)x * (size_t)channels;
+            float *sum = small->data + (size_t)(y / factor) * wide + to * (size_t)channels;
+            if (isnan(from[0]))
+                continue;
+            weight[cell] += 1.0f;
+            for (int c = 0; c < channels; ++c)
+                sum[c] += (from[c] - sum[c]) / weight[cell];
+        }
+    }
+    for (size_t i = 0; ok && output < 0 && i < (size_t)small->width * (size_t)small->height; ++i)
+        if (!(weight[i] > 0.0f))
+            small->data[i] = NAN;
+    free(line);
+    free(weight);
+    return ok;
+}
+
+static float clamp_index(const image *img, int x, int y) {
+    x = x < 0 ? 0 : x >= img->width ? img->width - 1 : x;
+    y = y < 0 ? 0 : y >= img->height ? img->height - 1 : y;
+    return img->data[(size_t)y * (size_t)img->width + (size_t)x];
+}
+
+/* Light of a low sun in the north-west by the surface's slope, 0..1; cells that miss a neighbour are level. */
+static float sun_on(const baking *b, const image *h, int factor, int x, int y) {
+    float gx = (clamp_index(h, x + 1, y) - clamp_index(h, x - 1, y)) / (2.0f * (float)factor * (float)b->o.pixel[0]);
+    float gy = (clamp_index(h, x, y + 1) - clamp_index(h, x, y - 1)) / (2.0f * (float)factor * (float)b->o.pixel[1]);
+    if (isnan(gx) || isnan(gy))
+        gx = gy = 0.0f;
+    float light = (0.5f * gx + 0.5f * gy + 0.7f) / sqrtf(1.0f + gx * gx + gy * gy);
+    return light > 0.0f ? light : 0.0f;
+}
+
+/* The land's colours by height, from green to white. */
+static color land(float t) {
+    static const unsigned stops[] = {0x4f7d5a, 0x8fa76b, 0xcfc08a, 0xb08a66, 0xf2efe9};
+    t = t > 0.0f ? t < 1.0f ? t : 1.0f : 0.0f;
+    int i = (int)(4.0f * t);
+    i = i > 3 ? 3 : i;
+    return color_mix(color_hex(stops[i]), color_hex(stops[i + 1]), 4.0f * t - (float)i);
+}
+
+static void paint(const baking *b, const image small[3], int factor, int kind, image *panel) {
+    const image *h = small;
+    float low = (float)b->map.lowest, range = (float)(b->map.highest - b->map.lowest);
+    for (int y = 0; y < h->height; ++y)
+        for (int x = 0; x < h->width; ++x) {
+            size_t i = (size_t)y * (size_t)h->width + (size_t)x;
+            float v = small[1].data[i], *to = panel->data + 3 * i;
+            color c = land(range > 0.0f ? (h->data[i] - low) / range : 0.5f);
+            float sun = sun_on(b, h, factor, x, y);
+            if (isnan(h->data[i]))
+                c = color_hex(0x808080); /* a hole */
+            if (kind == 0) {
+                c = color_mix(color_hex(0x000000), c, sun < 0.7f ? 0.3f + sun : 1.0f);
+            } else if (kind == 1) {
+                c.r = c.g = c.b = v;
+            } else if (kind == 2) {
+                const float *n = small[2].data + 3 * i;
+                float length = sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+                length = length > 0.0f ? length : 1.0f; /* from the library's axes to right, up, out */
+                c.r = 0.5f + 0.5f * n[0] / length;
+                c.g = 0.5f - 0.5f * n[1] / length;
+                c.b = 0.5f - 0.5f * n[2] / length;
+            } else {
+                float sky = 0.9f * v * v, direct = sun > 0.3f ? 1.1f * (sun - 0.3f) : 0.0f; /* v^2: some contrast */
+                color light = {(sky * 0.80f + direct) * c.r * c.r, (sky * 0.95f + direct * 0.92f) * c.g * c.g,
+                               (sky * 1.15f + direct * 0.75f) * c.b * c.b};
+                c = color_encode(light);
+            }
+            to[0] = c.r < 1.0f ? c.r : 1.0f;
+            to[1] = c.g < 1.0f ? c.g : 1.0f;
+            to[2] = c.b < 1.0f ? c.b : 1.0f;
+        }
+}
+
+static int write_picture(const baking *b, image_pending *pending) {
+    static const char *const titles[] = {"heights", "visibility", "bent normals", "lit by sun and sky"};
+    int side = b->map.width > b->map.height ? b->map.width : b->map.height;
+    int factor = (side + PICTURE_SIDE - 1) / PICTURE_SIDE, panels = b->o.output[OUT_BENT] ? 4 : 3;
+    image small[3], panel, canvas;
+    image_error error;
+    memset(small, 0, sizeof small);
+    memset(&panel, 0, sizeof panel);
+    memset(&canvas, 0, sizeof canvas);
+    int ok = shrink(b, -1, factor, small) && shrink(b, OUT_VISIBILITY, factor, small + 1) &&
+             (!b->o.output[OUT_BENT] || shrink(b, OUT_BENT, factor, small + 2));
+    int w = small[0].width, h = small[0].height;
+    if (ok && (!image_create(&panel, w, h, 3, &error) ||
+               !image_create(&canvas, panels * (w + PICTURE_MARGIN) + PICTURE_MARGIN,
+                             h + PICTURE_TITLE + PICTURE_MARGIN, 3, &error)))
+        ok = error_line(b, "--picture %s: %s", b->o.picture, error.text);
+    if (ok) {
+        canvas_load_fonts();
+        canvas_fill(&canvas, 0, 0, canvas.width, canvas.height, color_hex(0xffffff));
+        for (int i = 0, x = PICTURE_MARGIN; i < 4; ++i) {
+            if (i == 2 && panels == 3)
+                continue;
+            paint(b, small, factor, i, &panel);
+            canvas_draw(&canvas, x, PICTURE_TITLE, &panel);
+            canvas_text(&canvas, (float)x, PICTURE_TITLE - 9.0f, CANVAS_LEFT, CANVAS_REGULAR, 15.0f,
+                        color_hex(0x202020), titles[i]);
+            x += w + PICTURE_MARGIN;
+        }
+        canvas_free_fonts();
+        ok = image_write(b->o.picture, &canvas, NULL, IMAGE_RANGE_UNIT, pending, &error);
+        if (!ok)
+            error_line(b, "--picture %s", error.text);
+    }
+    for (int i = 0; i < 3; ++i)
+        image_free(small + i);
+    image_free(&panel);
+    image_free(&canvas);
+    return ok;
+}
+
+/* ---- the end ------------------------------------------------------------------------------------------------------ */
+
 static int note_pending(const baking *b, const image_pending *pending, int count) {
     char path[4096 + 64];
     work_path(b, "pending", path, sizeof path);
@@ -1084,11 +1309,13 @@ static void stats_text(const baking *b, double seconds, char *text, size_t size)
              "{\n  \"width\": %d,\n  \"height\": %d,\n  \"directions\": %d,\n  \"threads\": %d,\n  \"tiles\": %d,\n"
              "  \"tile_width\": %d,\n  \"tile_height\": %d,\n  \"overlap\": %d,\n  \"holes\": %lld,\n"
              "  \"far_slope_error_bound\": %.6f,\n  \"seconds\": %.3f,\n  \"seconds_reading\": %.3f,\n"
-             "  \"seconds_computing\": %.3f,\n  \"seconds_writing\": %.3f,\n  \"pixels_computed\": %lld,\n"
+             "  \"seconds_computing\": %.3f,\n  \"seconds_writing\": %.3f,\n  \"tiles_found\": %d,\n  "
+             "\"tiles_computed\": %d,\n  \"pixels_computed\": %lld,\n"
              "  \"peak_memory_mib\": %.1f\n}\n",
              b->map.width, b->map.height, b->o.directions, pool_threads(b->workers), baking_tiles(b), b->tile_width,
              b->tile_height, whole ? 0 : b->map.overlap, b->map.holes, slope, seconds, b->seconds_reading,
-             b->seconds_computing, b->seconds_writing, b->pixels_computed, (double)usage.ru_maxrss / 1024.0);
+             b->seconds_computing, b->seconds_writing, b->tiles_found, b->tiles_computed, b->pixels_computed,
+             (double)usage.ru_maxrss / 1024.0);
 }
 
 int baking_finish(baking *b) {
@@ -1096,7 +1323,7 @@ int baking_finish(baking *b) {
     char horizon_names[2 * 64][8], text[2048];
     const char *names_horizon[2 * 64];
     raster_writer *writers[OUT_COUNT] = {NULL, NULL, NULL};
-    image_pending pending[OUT_COUNT + 1];
+    image_pending pending[OUT_COUNT + 2]; /* the picture, the statistics */
     image_error error;
     int ok = 1;
     memset(pending, 0, sizeof pending);
@@ -1126,16 +1353,18 @@ int baking_finish(baking *b) {
         else if (!raster_finish(writers[k], &error))
             ok = error_line(b, "%s %s", option_table[output_option[k]].name, error.text);
     }
+    if (ok && b->o.picture)
+        ok = write_picture(b, pending + OUT_COUNT);
     b->seconds_writing += cli_seconds() - t0;
     if (ok && b->o.stats) {
         stats_text(b, cli_seconds() - b->started, text, sizeof text);
-        if (!image_write_text(b->o.stats, text, pending + OUT_COUNT, &error))
+        if (!image_write_text(b->o.stats, text, pending + OUT_COUNT + 1, &error))
             ok = error_line(b, "--stats %s", error.text);
     }
-    for (int k = 0; ok && k <= OUT_COUNT; ++k)
+    for (int k = 0; ok && k < OUT_COUNT + 2; ++k)
         if (pending[k].temporary && !image_commit(pending + k, &error))
             ok = error_line(b, "%s", error.text);
-    for (int k = 0; k <= OUT_COUNT; ++k)
+    for (int k = 0; k < OUT_COUNT + 2; ++k)
         image_discard(pending + k);
     if (ok)
         remove_work(b);

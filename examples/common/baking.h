@@ -18,8 +18,8 @@ int baking_begin(baking *b);
 int baking_join(baking *b);
 
 int baking_tiles(const baking *b);
-/* Finished by this or an earlier run? */
-int baking_tile_done(const baking *b, int tile);
+/* Finished by an earlier run? Ask once for each. */
+int baking_tile_done(baking *b, int tile);
 /* Any tile in any process; writes its file. */
 int baking_tile(baking *b, int tile);
 

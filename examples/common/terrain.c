@@ -76,7 +76,7 @@ static void plan_levels(terrain *t) {
         l->width = (t->width + size - 1) / size;
         l->height = (t->height + size - 1) / size;
         l->file = -1;
-        if (l->width <= 48 || l->height <= 48)
+        if (l->width <= 64 || l->height <= 64)
             break;
     }
 }
@@ -532,11 +532,15 @@ void terrain_view_free(terrain_view *view) {
     memset(view, 0, sizeof *view);
 }
 
-/* Nothing farther than this can matter: a map that repeats has the same heights again, seen under ever smaller slopes. */
-static double useful_reach(const terrain *t, terrain_border border, double reach_px) {
-    double largest = (double)(t->width > t->height ? t->width : t->height);
-    double whole = border == TERRAIN_WRAP ? 4.0 * largest : 1.5 * largest;
-    return reach_px < whole ? reach_px : whole;
+/* What stands for a cell: a line over it meets its ridges and not its hollows, so a height between its mean and its
+ * greatest. Measured on fractal ridges of slope 0.2, horizons beyond an overlap of 256 come out low by 0.006 in slope
+ * with the mean, high by 0.002 with the greatest, and unbiased with this: RMSE 0.003. */
+#define TOWARDS_GREATEST 0.75f
+
+/* As far as the library goes on beyond a border: the map's diagonal. What is farther is seen under small slopes. */
+static double useful_reach(const terrain *t, double reach_px) {
+    double diagonal = sqrt((double)t->width * t->width + (double)t->height * t->height);
+    return reach_px < diagonal ? reach_px : diagonal;
 }
 
 int terrain_view_create(const terrain *t, terrain_border border, int x, int y, int width, int height, double reach_px,
@@ -546,7 +550,9 @@ int terrain_view_create(const terrain *t, terrain_border border, int x, int y, i
     view->border = border;
     view->window_x = x;
     view->window_y = y;
-    view->reach_px = useful_reach(t, border, reach_px);
+    view->window_width = width;
+    view->window_height = height;
+    view->reach_px = useful_reach(t, reach_px);
     for (int i = 0; i < t->levels; ++i) {
         const terrain_level *l = t->level + i;
         double reach = level_reach(t, i, view->reach_px);
@@ -574,7 +580,8 @@ int terrain_view_create(const terrain *t, terrain_border border, int x, int y, i
                 long long px = (x0 + (long long)column) * (1ll << l->shift) + half;
                 int from_x = inside(px, t->width, border == TERRAIN_WRAP ? border : TERRAIN_CLAMP) >> l->shift;
                 const cell *c = line + from_x;
-                cells[row * columns + column] = c->weight > 0.0f ? c->mean : NAN;
+                cells[row * columns + column] =
+                    c->weight > 0.0f ? c->mean + TOWARDS_GREATEST * (c->greatest - c->mean) : NAN;
             }
         }
         free(line);
@@ -586,36 +593,62 @@ int terrain_view_create(const terrain *t, terrain_border border, int x, int y, i
     return 1;
 }
 
-size_t terrain_view_bytes(const terrain *t, int tile) {
+size_t terrain_view_bytes(const terrain *t, int width, int height) {
     double sum = 0.0;
     for (int i = 0; i < t->levels; ++i) {
         const terrain_level *l = t->level + i;
         double reach = i + 1 == t->levels ? HUGE_VAL : (double)(TERRAIN_RINGS * 2) * (double)(1 << l->shift);
-        double side = ldexp((double)tile + 2.0 * t->overlap + 2.0 * reach, -l->shift) + 4.0;
-        double columns = side < l->width + 4.0 ? side : l->width + 4.0,
-               rows = side < l->height + 4.0 ? side : l->height + 4.0;
+        double columns = ldexp(width + 2.0 * reach, -l->shift) + 4.0,
+               rows = ldexp(height + 2.0 * reach, -l->shift) + 4.0;
+        columns = columns < l->width + 4.0 ? columns : l->width + 4.0;
+        rows = rows < l->height + 4.0 ? rows : l->height + 4.0;
         sum += columns * rows * sizeof(float) + (double)l->width * sizeof(cell);
     }
     return sum < 1e15 ? (size_t)sum : (size_t)1e15;
 }
 
-/* Bilinear between the centres of cells; NaN if the nearest is missing. */
-static float view_height(const terrain_view *view, int i, double x, double y) {
+/* A line through the cells of a level, in cells from the centre of the first. */
+typedef struct cell_line {
+    const float *cells;
+    ptrdiff_t width, height;
+    double u, v, du, dv, period_u, period_v; /* period: 0, or of a map that wraps */
+} cell_line;
+
+static cell_line line_of(const terrain_view *view, int i, double x, double y, double dx, double dy) {
     const terrain *t = view->terrain;
-    int shift = t->level[i].shift, width = view->level[i].width, height = view->level[i].height;
-    if (view->level[i].periodic_x)
-        x -= t->width * floor(x / t->width);
-    if (view->level[i].periodic_y)
-        y -= t->height * floor(y / t->height);
-    double u = ldexp(x, -shift) - 0.5 - view->level[i].x, v = ldexp(y, -shift) - 0.5 - view->level[i].y;
-    u = u < 0.0 ? 0.0 : u > width - 1.001 ? width - 1.001 : u;
-    v = v < 0.0 ? 0.0 : v > height - 1.001 ? height - 1.001 : v;
-    int iu = (int)u, iv = (int)v;
-    float fu = (float)(u - iu), fv = (float)(v - iv);
-    const float *c = view->level[i].cells + (size_t)iv * (size_t)width + (size_t)iu;
-    float nearest = c[(fv >= 0.5f ? width : 0) + (fu >= 0.5f ? 1 : 0)];
-    float a = c[0] + (c[1] - c[0]) * fu, b = c[width] + (c[width + 1] - c[width]) * fu, h = a + (b - a) * fv;
-    return isnan(h) ? nearest : h;
+    double cells_per_pixel = ldexp(1.0, -t->level[i].shift);
+    cell_line l = {view->level[i].cells,
+                   view->level[i].width,
+                   view->level[i].height,
+                   x * cells_per_pixel - 0.5 - view->level[i].x,
+                   y * cells_per_pixel - 0.5 - view->level[i].y,
+                   dx,
+                   dy,
+                   view->level[i].periodic_x ? t->width * cells_per_pixel : 0.0,
+                   view->level[i].periodic_y ? t->height * cells_per_pixel : 0.0};
+    return l;
+}
+
+/* floor() of what is small, without the call. */
+static double whole_below(double x) {
+    double whole = (double)(long)x;
+    return whole > x ? whole - 1.0 : whole;
+}
+
+/* Bilinear between the centres of cells, `along` cells from the line's begin; NaN if the nearest is missing. */
+static float height_on(const cell_line *l, double along) {
+    double u = l->u + along * l->du, v = l->v + along * l->dv;
+    if (l->period_u > 0.0) /* the first cell stored is the last of the period before */
+        u -= l->period_u * whole_below((u - 0.5) / l->period_u);
+    if (l->period_v > 0.0)
+        v -= l->period_v * whole_below((v - 0.5) / l->period_v);
+    u = u < 0.0 ? 0.0 : u > (double)l->width - 1.001 ? (double)l->width - 1.001 : u;
+    v = v < 0.0 ? 0.0 : v > (double)l->height - 1.001 ? (double)l->height - 1.001 : v;
+    ptrdiff_t iu = (ptrdiff_t)u, iv = (ptrdiff_t)v;
+    float fu = (float)(u - (double)iu), fv = (float)(v - (double)iv);
+    const float *c = l->cells + iv * l->width + iu;
+    float a = c[0] + (c[1] - c[0]) * fu, b = c[l->width] + (c[l->width + 1] - c[l->width]) * fu, h = a + (b - a) * fv;
+    return h == h ? h : c[(fv >= 0.5f ? l->width : 0) + (fu >= 0.5f ? 1 : 0)];
 }
 
 /* Removes the points that no receiver at distance <= 0 can see over the others. Points come farthest first. */
@@ -651,30 +684,28 @@ int terrain_far_line(const terrain_view *view, double x, double y, double dx, do
                      float *height) {
     const terrain *t = view->terrain;
     double px = x + view->window_x, py = y + view->window_y, end = view->reach_px;
+    /* (x, y) may be a pixel's centre just inside: what is in the window is the window's */
+    double wx = distance_to_border(x, dx, view->window_width), wy = distance_to_border(y, dy, view->window_height);
+    double inside_px = wx < wy ? wx : wy;
     int count = 0;
-    if (view->border != TERRAIN_WRAP) {
+    if (view->border == TERRAIN_OPEN) {
         double bx = distance_to_border(px, dx, t->width), by = distance_to_border(py, dy, t->height);
         double leaves = bx < by ? bx : by;
-        if (leaves < end) {
-            end = leaves;
-            if (view->border == TERRAIN_CLAMP) { /* flat for ever: horizons at eye level */
-                double cx = px + dx * end, cy = py + dy * end;
-                float h = view_height(view, t->levels - 1, cx, cy);
-                if (!isnan(h) && capacity > 0)
-                    count = add_to_hull(count, capacity, distance, height, 1e9f, h);
-            }
-        }
+        end = leaves < end ? leaves : end;
     }
     for (int i = t->levels; i-- > 0;) {
-        double step = (double)(1 << t->level[i].shift);
-        double begin = i == 0 ? 0.0 : TERRAIN_RINGS * step - t->overlap;
-        double limit = i + 1 == t->levels ? end : 2.0 * TERRAIN_RINGS * step - t->overlap;
+        double step = (double)(1 << t->level[i].shift), ring = TERRAIN_RINGS * step;
+        double begin = i == 0 ? 0.0 : ring - t->overlap, limit = i + 1 == t->levels ? end : 2.0 * ring - t->overlap;
         limit = limit < end ? limit : end;
         /* samples at begin + step / 2, begin + 3 step / 2, ...: whole steps in every ring */
-        for (long long k = (long long)floor((limit - begin) / step - 0.5); k >= 0; --k) {
+        long long k = (long long)floor((limit - begin) / step - 0.5);
+        if (k < 0)
+            continue;
+        cell_line l = line_of(view, i, px + dx * begin, py + dy * begin, dx, dy);
+        for (; k >= 0; --k) {
             double d = begin + ((double)k + 0.5) * step;
-            float h = view_height(view, i, px + dx * d, py + dy * d);
-            if (!isnan(h))
+            float h = height_on(&l, (double)k + 0.5);
+            if (h == h && d > inside_px)
                 count = add_to_hull(count, capacity, distance, height, (float)d, h);
         }
     }

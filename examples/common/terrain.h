@@ -72,7 +72,7 @@ int terrain_normals(const terrain *t, terrain_border border, int x, int y, int w
 typedef struct terrain_view {
     const terrain *terrain;
     terrain_border border;
-    int window_x, window_y;
+    int window_x, window_y, window_width, window_height;
     double reach_px; /* nothing beyond it counts */
     struct {
         int x, y, width, height;    /* in cells; may be beyond the map if it wraps */
@@ -84,7 +84,7 @@ typedef struct terrain_view {
 int terrain_view_create(const terrain *t, terrain_border border, int x, int y, int width, int height, double reach_px,
                         terrain_view *view, image_error *error);
 void terrain_view_free(terrain_view *view);
-size_t terrain_view_bytes(const terrain *t, int tile); /* at most, for a window of tile + 2 overlap pixels */
+size_t terrain_view_bytes(const terrain *t, int width, int height); /* at most, for a window of this size */
 
 /* What lies beyond the window on the line from (x, y), window coordinates in pixels, in the unit direction (dx, dy): an
  * upper hull of at most `capacity` points, farthest first, distance[] in pixels from (x, y), height[]. Returns how many.
