@@ -161,10 +161,10 @@ extern "C" {
     X(GTAO_ERROR_OUTPUT_STRIDE,                                                                                        \
       "visibility_stride, bent_stride, bent_components, packed_stride: rows overlap or are misaligned")                \
     X(GTAO_ERROR_SCRATCH, "scratch, context: null, or smaller than gtao_scratch_size()")                               \
-    X(GTAO_ERROR_SWEEP, "estimator, thin_blend: the sweep has neither the memo's estimator nor the heuristic")            \
+    X(GTAO_ERROR_SWEEP, "estimator, thin_blend: the sweep has neither the memo's estimator nor the heuristic")         \
     X(GTAO_ERROR_REGION, "region: must be a part of the image, or all zero")                                           \
     X(GTAO_ERROR_HORIZONS, "horizon_stride, horizon_plane: rows or planes overlap or are misaligned")                  \
-    X(GTAO_ERROR_BEYOND, "beyond: needs an orthographic camera, an open border and a beyond_reach of 1..2^20")          \
+    X(GTAO_ERROR_BEYOND, "beyond: needs an orthographic camera, an open border and a beyond_reach of 1..2^20")         \
     X(GTAO_ERROR_BATCH, "batch: must be 0 (4) or 1..64")                                                               \
     X(GTAO_CANCELLED, "cancelled by the progress callback")                                                            \
     X(GTAO_ERROR_MATRIX, "projection matrix: neither perspective nor orthographic")
@@ -373,7 +373,8 @@ typedef int (*gtao_beyond)(void *user, double x, double y, double dx, double dy,
 
 /* What only the sweep takes; zero-initialise. */
 typedef struct gtao_sweep_options {
-    int region[4]; /* x0, y0, x1, y1: pixels [x0, x1) x [y0, y1) are wanted; others are not written (they still occlude).
+    int region
+        [4]; /* x0, y0, x1, y1: pixels [x0, x1) x [y0, y1) are wanted; others are not written (they still occlude).
                     * All zero: the whole image */
     float *horizons;          /* null, or horizon maps: 2 * slices planes, + side of slice k at 2k, - side at 2k + 1.
                                * Angle in radians from the view vector to the horizon, clamped to the normal's hemisphere:
@@ -383,7 +384,7 @@ typedef struct gtao_sweep_options {
     gtao_beyond beyond;       /* null: nothing; else orthographic with an open border */
     void *beyond_user;
     int beyond_reach; /* pixels, 1..2^20; memory: 8 bytes each */
-    int batch; /* slices held in memory at a time, 1..64; 0: 4. Costs 8 bytes a pixel each */
+    int batch;        /* slices held in memory at a time, 1..64; 0: 4. Costs 8 bytes a pixel each */
 } gtao_sweep_options;
 
 /* Lives inside the scratch buffer. */
@@ -967,17 +968,17 @@ struct gtao_context {
     float z_sky;                  /* z at or beyond is sky */
     float to_view[9];             /* normal_axes * normal_to_view */
     int transform_normals;
-    float *w;             /* height buffer at row 0 of rows -2 .. height + 1; the first and last are sky */
-    ptrdiff_t pitch;      /* floats from row to row */
-    int segment;          /* floats of one phase's part of a row, with its padding */
-    gtaoi_slice *slice;   /* [period^2][slices] */
-    gtaoi_sample *sample; /* [period^2][slices][classes or 1][max_steps] */
-    gtaoi_taps *taps;     /* every-pixel mode: [period^2][slices][GTAOI_NEAR] */
-    int *count;           /* [period^2][slices][classes] */
-    float *noise;         /* per-pixel noise: [64][64 + GTAOI_LANES][2 planes] */
-    float *step;          /* per-pixel noise: ((j + offset) / steps)^power, [steps][64 offsets] */
-    int slice_begin, slice_end; /* the slices of this pass over the rows: all of them, or a sweep's batch */
-    int x_begin, x_end;         /* columns that are wanted */
+    float *w;                      /* height buffer at row 0 of rows -2 .. height + 1; the first and last are sky */
+    ptrdiff_t pitch;               /* floats from row to row */
+    int segment;                   /* floats of one phase's part of a row, with its padding */
+    gtaoi_slice *slice;            /* [period^2][slices] */
+    gtaoi_sample *sample;          /* [period^2][slices][classes or 1][max_steps] */
+    gtaoi_taps *taps;              /* every-pixel mode: [period^2][slices][GTAOI_NEAR] */
+    int *count;                    /* [period^2][slices][classes] */
+    float *noise;                  /* per-pixel noise: [64][64 + GTAOI_LANES][2 planes] */
+    float *step;                   /* per-pixel noise: ((j + offset) / steps)^power, [steps][64 offsets] */
+    int slice_begin, slice_end;    /* the slices of this pass over the rows: all of them, or a sweep's batch */
+    int x_begin, x_end;            /* columns that are wanted */
     const struct gtaoi_pass *pass; /* of a sweep; null: none */
 };
 
@@ -1660,15 +1661,15 @@ static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int
 
 /* ---- the sweep: plan -------------------------------------------------------------------------------------------- */
 
-#define GTAOI_TILE 16  /* lines in a group and columns in a tile, whatever the width: part of the results */
-#define GTAOI_LAG 8    /* a sample is compared with its neighbours so far off before it becomes a vertex */
+#define GTAOI_TILE 16   /* lines in a group and columns in a tile, whatever the width: part of the results */
+#define GTAOI_LAG 8     /* a sample is compared with its neighbours so far off before it becomes a vertex */
 #define GTAOI_BLOCK 8   /* tiles whose highest sample tells at once whether one of them matters */
 #define GTAOI_MARGIN 64 /* positions of sky before and after each line */
 
 /* What one pass of a sweep over the rows reads and writes. */
 typedef struct gtaoi_pass {
-    float *tilt_x, *tilt_y;              /* first pass: gradients, at row 0 and column 0; else null */
-    ptrdiff_t tilt_x_pitch, tilt_y_pitch;
+    float *tilt_x, *tilt_y; /* first pass: gradients, at row 0 and column 0; else null */
+    ptrdiff_t tilt_pitch;
     const float *beyond; /* far horizons: planes of both sides of the slices from slice_begin on, height per column */
     ptrdiff_t beyond_pitch;
     size_t beyond_plane;
@@ -1693,9 +1694,8 @@ struct gtao_sweep {
     int lead;      /* columns beyond the border that occlude, if it is not open */
     float *turned; /* the height buffer with rows and columns swapped, at pixel (0, 0) */
     ptrdiff_t turned_pitch;
-    float *tilt_x; /* gradient of the tangent planes along x, laid out as the height buffer, at (0, 0) */
-    float *tilt_y; /* along y, laid out as `turned` */
-    float *turned_tilt_x, *unturned_tilt_y; /* the same the other way, if the radius is finite */
+    float *tilt[2][2]; /* gradients of the tangent planes along [x, y], laid out as the height buffer and as `turned`;
+                        * only if the radius is finite */
     float *beyond;
     ptrdiff_t beyond_pitch;
     size_t beyond_plane;
@@ -1708,29 +1708,29 @@ struct gtao_sweep {
 typedef struct gtaoi_sweep_layout {
     int batch, fields, longest, lead, seeds, farthest;
     ptrdiff_t pitch, turned_pitch, beyond_pitch;
-    uint64_t sweep, turned, tilt_x, tilt_y, turned_tilt_x, unturned_tilt_y, beyond, sums, inverse, total; /* byte offsets */
-    uint64_t work;                                                       /* bytes */
+    uint64_t sweep, turned, tilt[2][2], beyond, sums, inverse, total; /* byte offsets */
+    uint64_t work;                                                    /* bytes */
 } gtaoi_sweep_layout;
 
 /* Of an upper hull: position, height, and slope from the vertex before. */
 typedef struct gtaoi_vertex {
-    float w, slope;
+    float w, across, slope; /* across: gradient of the heights across the line */
     int32_t t;
 } gtaoi_vertex;
 
 /* One group of lines on its way. */
 typedef struct gtaoi_lines {
     const gtao_context *c;
-    /* heights and gradients, across the lines and along them, minor axis contiguous, at (0, 0) */
-    const float *plane, *tilt, *tilt_along;
+    const float *plane;                    /* heights, minor axis contiguous, at (0, 0) */
+    const float *tilt_along, *tilt_across; /* gradients of the tangent planes, likewise */
     ptrdiff_t pitch;
     int n_major, n_minor, x_major;
     double slope, phase;
-    int line;            /* the first */
-    int first;           /* column of position 0 */
-    int begin, end;      /* positions of receivers */
-    int count, tiles;    /* positions */
-    int backward[2];     /* whether the + and - sides look towards the greater columns */
+    int line;                 /* the first */
+    int first;                /* column of position 0 */
+    int begin, end;           /* positions of receivers */
+    int count, tiles;         /* positions */
+    int backward[2];          /* whether the + and - sides look towards the greater columns */
     int want_begin, want_end; /* along the minor axis */
     float *beyond;
     ptrdiff_t beyond_pitch;
@@ -1738,7 +1738,9 @@ typedef struct gtaoi_lines {
     const float *inverse; /* 1 / |k|, k also negative */
     ptrdiff_t length;     /* of a line's part of the buffers */
     float *strip;         /* heights on the lines, [line][position] */
-    float *base;          /* heights of the receivers' tangent planes on the lines */
+    float *across;        /* their gradients across the lines */
+    float *base;          /* heights of the receivers, the pixels nearest to the lines */
+    float *aside;         /* how far a line passes from its receivers, [position] */
     gtaoi_vertex *vertex; /* upper hulls, [line][room] */
     ptrdiff_t room;
     const gtao_sweep_options *options;
@@ -1752,13 +1754,13 @@ typedef struct gtaoi_lines {
 } gtaoi_lines;
 
 /* A vertex at the end of an upper hull, whose slopes fall; returns where it is. */
-GTAOI_INLINE gtaoi_vertex *gtaoi_push_vertex(gtaoi_vertex *top, const float *inverse, int t, float w) {
+GTAOI_INLINE gtaoi_vertex *gtaoi_push_vertex(gtaoi_vertex *top, const float *inverse, int t, float w, float across) {
     GTAOI_NO_CONTRACT
     float slope = (w - top->w) * inverse[t - top->t];
     while (slope >= top->slope)
         top--, slope = (w - top->w) * inverse[t - top->t];
     top++;
-    top->w = w, top->slope = slope, top->t = t;
+    top->w = w, top->across = across, top->slope = slope, top->t = t;
     return top;
 }
 
@@ -1779,10 +1781,10 @@ static float gtaoi_height(const gtao_context *c, float depth) {
 static void gtaoi_push_vertices(gtaoi_lines *l, int line, int at, unsigned bits, int backward) {
     GTAOI_NO_CONTRACT
     gtaoi_vertex *first = l->vertex + (ptrdiff_t)line * l->room, *top = first + l->depth[line];
-    const float *w = l->strip + (ptrdiff_t)line * l->length + at;
+    const float *w = l->strip + (ptrdiff_t)line * l->length + at, *across = w + (l->across - l->strip);
     while (bits) {
         int k = backward ? gtaoi_highest(bits) : gtaoi_lowest(bits);
-        top = gtaoi_push_vertex(top, l->inverse, at + k, w[k]);
+        top = gtaoi_push_vertex(top, l->inverse, at + k, w[k], across[k]);
         bits ^= 1u << k;
     }
     l->depth[line] = (int)(top - first);
@@ -1818,7 +1820,7 @@ static void gtaoi_seed_vertices(gtaoi_lines *l, int line, int backward) {
             top--;
         }
         last = t;
-        top = gtaoi_push_vertex(top, l->inverse, p - step * t, w);
+        top = gtaoi_push_vertex(top, l->inverse, p - step * t, w, 0.0f);
     }
     l->depth[line] = (int)(top - first);
 }
@@ -1831,7 +1833,10 @@ static void gtaoi_sweep_start(gtaoi_lines *l, int backward) {
         float *strip = l->strip + i * l->length;
         gtaoi_fill_sky(strip - GTAOI_MARGIN, GTAOI_MARGIN);
         gtaoi_fill_sky(strip + l->tiles * GTAOI_TILE, GTAOI_MARGIN);
-        v->w = GTAOI_SKY, v->slope = FLT_MAX;
+        strip = l->across + i * l->length;
+        memset(strip - GTAOI_MARGIN, 0, GTAOI_MARGIN * sizeof(float));
+        memset(strip + l->tiles * GTAOI_TILE, 0, GTAOI_MARGIN * sizeof(float));
+        v->w = GTAOI_SKY, v->across = 0.0f, v->slope = FLT_MAX;
         v->t = backward ? l->tiles * GTAOI_TILE + GTAOI_MARGIN : -GTAOI_MARGIN;
         v[1] = v[0];
         l->depth[i] = 1;
@@ -2057,13 +2062,13 @@ static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gta
         l->beyond_pitch += 16;
     l->sweep = gtaoi_align64(n.total);
     l->turned = l->sweep + gtaoi_align64(sizeof(struct gtao_sweep));
-    l->tilt_x = l->turned + gtaoi_align64(w * (uint64_t)l->turned_pitch * 4);
-    l->tilt_y = l->tilt_x + gtaoi_align64(h * (uint64_t)l->pitch * 4);
-    l->turned_tilt_x = l->tilt_y + gtaoi_align64(w * (uint64_t)l->turned_pitch * 4);
-    l->unturned_tilt_y = l->beyond = l->turned_tilt_x;
+    l->beyond = l->turned + gtaoi_align64(w * (uint64_t)l->turned_pitch * 4);
     if (d->radius < 1e30f) {
-        l->unturned_tilt_y += gtaoi_align64(w * (uint64_t)l->turned_pitch * 4);
-        l->beyond = l->unturned_tilt_y + gtaoi_align64(h * (uint64_t)l->pitch * 4);
+        int i;
+        for (i = 0; i < 4; i++) {
+            l->tilt[i / 2][i % 2] = l->beyond;
+            l->beyond += gtaoi_align64((i % 2 ? w * (uint64_t)l->turned_pitch : h * (uint64_t)l->pitch) * 4);
+        }
     }
     l->sums = l->beyond + gtaoi_align64(2 * (uint64_t)l->batch * h * (uint64_t)l->beyond_pitch * 4);
     l->inverse = l->sums;
@@ -2073,7 +2078,7 @@ static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gta
     l->farthest = l->longest + (s && s->beyond ? s->beyond_reach : 0) + 2 * GTAOI_MARGIN;
     l->total = l->inverse + (2 * (uint64_t)l->farthest + 1) * 4 + 63;
     /* a group of lines: heights, tangent planes and hulls; or the gradients of a band of rows */
-    l->work = ((uint64_t)GTAOI_TILE * 26 + 16) * ((uint64_t)l->longest + GTAOI_TILE + 2 * GTAOI_MARGIN) +
+    l->work = ((uint64_t)GTAOI_TILE * 32 + 24) * ((uint64_t)l->longest + GTAOI_TILE + 2 * GTAOI_MARGIN) +
               (uint64_t)GTAOI_TILE * sizeof(gtaoi_vertex) * (uint64_t)l->seeds;
     if (l->work < (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4)
         l->work = (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4;
@@ -2142,10 +2147,8 @@ GTAO_API gtao_result gtao_sweep_begin(const gtao_desc *desc, const gtao_output *
     s->bands = (desc->height + GTAOI_TILE - 1) / GTAOI_TILE;
     s->turned_pitch = l.turned_pitch, s->beyond_pitch = l.beyond_pitch;
     s->turned = (float *)(void *)(base + l.turned) + GTAOI_PAD;
-    s->tilt_x = (float *)(void *)(base + l.tilt_x) + GTAOI_PAD;
-    s->tilt_y = (float *)(void *)(base + l.tilt_y) + GTAOI_PAD;
-    s->turned_tilt_x = c->bounded ? (float *)(void *)(base + l.turned_tilt_x) + GTAOI_PAD : 0;
-    s->unturned_tilt_y = c->bounded ? (float *)(void *)(base + l.unturned_tilt_y) + GTAOI_PAD : 0;
+    for (i = 0; i < 4 && c->bounded; i++)
+        s->tilt[i / 2][i % 2] = (float *)(void *)(base + l.tilt[i / 2][i % 2]) + GTAOI_PAD;
     s->beyond = (float *)(void *)(base + l.beyond);
     s->beyond_plane = (size_t)desc->height * (size_t)l.beyond_pitch;
     s->sums = (float *)(void *)(base + l.sums);
@@ -2201,41 +2204,36 @@ GTAO_API int gtao_sweep_units(const gtao_sweep *sweep, int phase) {
     return units;
 }
 
-/* Gradients of a band of rows, and its share of the turned buffers. */
+/* The turned height buffer's share of a band of rows; if the radius is finite, the gradients there. */
 static void gtaoi_sweep_turn(const gtao_sweep *s, int band, float *work) {
     gtao_context c = *s->c;
     gtaoi_pass pass;
     int w = c.d.width, h = c.d.height, y0 = band * GTAOI_TILE, y1 = gtaoi_imin(y0 + GTAOI_TILE, h), x, y, i;
-    memset(&pass, 0, sizeof pass);
-    memset(work, 0, GTAOI_TILE * (size_t)c.pitch * sizeof(float));
-    for (y = y0; y < y1; y++) {
-        float *row = s->tilt_x + (ptrdiff_t)y * c.pitch - GTAOI_PAD;
-        memset(row, 0, (size_t)c.pitch * sizeof(float));
-        if (c.bounded)
-            memset(s->unturned_tilt_y + (ptrdiff_t)y * c.pitch - GTAOI_PAD, 0, (size_t)c.pitch * sizeof(float));
-    }
-    pass.tilt_x = s->tilt_x, pass.tilt_x_pitch = c.pitch;
-    pass.tilt_y = work - (ptrdiff_t)y0 * c.pitch, pass.tilt_y_pitch = c.pitch;
-    c.pass = &pass, c.x_begin = 0, c.x_end = w;
-    gtao_visibility_rows(&c, y0, y1, 0);
     for (y = y0 == 0 ? -GTAOI_PAD : y0; y < (y1 == h ? (int)s->turned_pitch - GTAOI_PAD : y1); y++) {
         const float *heights = gtaoi_row(&c, y) + GTAOI_PAD;
-        int inside = y >= 0 && y < h;
-        for (x = 0; x < w; x++) {
-            ptrdiff_t at = (ptrdiff_t)x * s->turned_pitch + y;
-            s->turned[at] = heights[x];
-            s->tilt_y[at] = inside ? work[(ptrdiff_t)(y - y0) * c.pitch + x] : 0.0f;
-            if (c.bounded)
-                s->turned_tilt_x[at] = inside ? s->tilt_x[(ptrdiff_t)y * c.pitch + x] : 0.0f;
-        }
-        if (c.bounded && inside)
-            memcpy(s->unturned_tilt_y + (ptrdiff_t)y * c.pitch, work + (ptrdiff_t)(y - y0) * c.pitch,
-                   (size_t)w * sizeof(float));
+        for (x = 0; x < w; x++)
+            s->turned[(ptrdiff_t)x * s->turned_pitch + y] = heights[x];
     }
     for (i = 0; i < 2 * s->batch; i++) /* what is read past the rows' ends */
         for (y = y0; y < y1; y++)
             for (x = w; x < s->beyond_pitch; x++)
                 s->beyond[(size_t)i * s->beyond_plane + (size_t)((ptrdiff_t)y * s->beyond_pitch + x)] = 0.0f;
+    if (!c.bounded)
+        return;
+    (void)work;
+    for (i = 0; i < 2; i++)
+        for (y = y0; y < y1; y++)
+            memset(s->tilt[i][0] + (ptrdiff_t)y * c.pitch - GTAOI_PAD, 0, (size_t)c.pitch * sizeof(float));
+    memset(&pass, 0, sizeof pass);
+    pass.tilt_x = s->tilt[0][0], pass.tilt_y = s->tilt[1][0];
+    pass.tilt_pitch = c.pitch;
+    c.pass = &pass, c.x_begin = 0, c.x_end = w;
+    gtao_visibility_rows(&c, y0, y1, 0);
+    for (i = 0; i < 2; i++)
+        for (y = y0 == 0 ? -GTAOI_PAD : y0; y < (y1 == h ? (int)s->turned_pitch - GTAOI_PAD : y1); y++)
+            for (x = 0; x < w; x++)
+                s->tilt[i][1][(ptrdiff_t)x * s->turned_pitch + y] =
+                    y >= 0 && y < h ? s->tilt[i][0][(ptrdiff_t)y * c.pitch + x] : 0.0f;
 }
 
 /* First and last + 1 column at which a group of lines is over the image, give or take one. */
@@ -2269,8 +2267,7 @@ static void gtaoi_sweep_group(const gtao_sweep *s, int k, int group, int plane, 
     l.c = c;
     l.x_major = cut.x_major, l.n_major = cut.n_major, l.n_minor = cut.n_minor;
     l.plane = cut.x_major ? s->turned : c->w + GTAOI_PAD;
-    l.tilt = cut.x_major ? s->tilt_y : s->tilt_x;
-    l.tilt_along = cut.x_major ? s->turned_tilt_x : s->unturned_tilt_y;
+    l.tilt_along = s->tilt[!cut.x_major][cut.x_major], l.tilt_across = s->tilt[cut.x_major][cut.x_major];
     l.slice = c->slice + k;
     l.pitch = cut.x_major ? s->turned_pitch : c->pitch;
     l.slope = cut.slope, l.phase = cut.phase;
@@ -2292,15 +2289,17 @@ static void gtaoi_sweep_group(const gtao_sweep *s, int k, int group, int plane, 
     l.inverse = s->inverse;
     l.length = l.tiles * GTAOI_TILE + 2 * GTAOI_MARGIN;
     l.strip = (float *)work + GTAOI_MARGIN;
-    l.base = l.strip + GTAOI_TILE * l.length;
-    l.vertex = (gtaoi_vertex *)(void *)((float *)work + 2 * GTAOI_TILE * l.length);
+    l.across = l.strip + GTAOI_TILE * l.length;
+    l.base = l.across + GTAOI_TILE * l.length;
+    l.vertex = (gtaoi_vertex *)(void *)((float *)work + 3 * GTAOI_TILE * l.length);
     l.room = l.length + (s->o.beyond ? GTAO_BEYOND_CAPACITY : 0);
     l.options = &s->o;
     l.minor = (int *)(void *)(l.vertex + GTAOI_TILE * l.room);
     l.ahead = (float *)(void *)(l.minor + l.length);
     l.highest = l.ahead + GTAOI_TILE * l.length;
     l.highest_block = l.highest + l.length;
-    l.above = (uint16_t *)(void *)(l.highest_block + l.length);
+    l.aside = l.highest_block + l.length;
+    l.above = (uint16_t *)(void *)(l.aside + l.length);
     memset(l.above, 0, GTAOI_TILE * (size_t)(l.tiles + 4) * sizeof(uint16_t));
     gtaoi_sweep_start(&l, 0);
     GTAOI_DISPATCH(c->d.isa, gtaoi_sweep_lines, (&l));
@@ -2356,8 +2355,8 @@ GTAO_API gtao_result gtao_sweep_compute(const gtao_desc *desc, const gtao_output
         int units = gtao_sweep_units(sweep, phase), some = units / 16 + 1;
         for (unit = 0; unit < units; unit += some) {
             gtao_sweep_run(sweep, phase, unit, unit + some, scratch);
-            if (progress && progress(user, ((double)phase + (double)gtaoi_imin(unit + some, units) / (double)units) /
-                                               phases))
+            if (progress &&
+                progress(user, ((double)phase + (double)gtaoi_imin(unit + some, units) / (double)units) / phases))
                 return GTAO_CANCELLED;
         }
     }
@@ -3569,36 +3568,42 @@ GTAOI_FI void GTAOI_NAME(gtaoi_turn16)(const float *in, float *out, ptrdiff_t pi
         }
 }
 
-/* Heights of 16 lines at 16 positions, and of the receivers' tangent planes there. A height on a line is linear between
- * two pixels of one surface, or that of the nearer one; one surface: the step is small, or goes on from either side. */
+/* Heights of 16 lines at 16 positions, their gradients across the lines, and the receivers. A height on a line is linear
+ * between two pixels of one surface (the step is small, or goes on from either side); else the nearer one's surface goes
+ * on. */
 GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
     GTAOI_NO_CONTRACT
-    float heights[GTAOI_TILE * GTAOI_TILE], bases[GTAOI_TILE * GTAOI_TILE], ahead[GTAOI_TILE * GTAOI_TILE];
+    enum { HEIGHTS, ACROSS, BASES, AHEAD };
+    float block[4][GTAOI_TILE * GTAOI_TILE];
     const gtao_context *c = l->c;
     int u, k, wrap = c->d.border == GTAO_BORDER_WRAP;
     for (u = 0; u < GTAOI_TILE; u++) {
         int position = tile * GTAOI_TILE + u, i = l->first + position, whole, up, at;
         double place = l->slope * (double)i + l->phase, fraction;
-        const float *p, *tilt;
+        float aside;
+        const float *p;
         if (position >= l->count) {
-            gtaoi_fill_sky(heights + u * GTAOI_TILE, GTAOI_TILE);
-            gtaoi_fill_sky(bases + u * GTAOI_TILE, GTAOI_TILE);
-            memset(ahead + u * GTAOI_TILE, 0, GTAOI_TILE * sizeof(float));
+            gtaoi_fill_sky(block[HEIGHTS] + u * GTAOI_TILE, GTAOI_TILE);
+            gtaoi_fill_sky(block[BASES] + u * GTAOI_TILE, GTAOI_TILE);
+            memset(block[ACROSS] + u * GTAOI_TILE, 0, GTAOI_TILE * sizeof(float));
+            memset(block[AHEAD] + u * GTAOI_TILE, 0, GTAOI_TILE * sizeof(float));
+            l->aside[position] = 0.0f;
             continue;
         }
         whole = (int)place - ((double)(int)place > place);
         fraction = place - (double)whole;
         up = fraction >= 0.5;
+        l->aside[position] = aside = (float)(fraction - (double)up);
         at = l->line + whole;
         if (wrap)
             at = gtaoi_wrap(at, l->n_minor), i = gtaoi_wrap(i, l->n_major);
         l->minor[position] = at + up;
         if (!wrap)
             at = gtaoi_imin(gtaoi_imax(at, -18), l->n_minor + 1), i = gtaoi_imin(gtaoi_imax(i, 0), l->n_major - 1);
-        p = l->plane + (ptrdiff_t)i * l->pitch + at, tilt = l->tilt + (ptrdiff_t)i * l->pitch + at + up;
+        p = l->plane + (ptrdiff_t)i * l->pitch + at;
         for (k = 0; k < GTAOI_TILE; k += GTAOI_W) {
             GV a = GV_LOAD(p + k), b = GV_LOAD(p + k + 1), before = GV_LOAD(p + k - 1), after = GV_LOAD(p + k + 2);
-            GV step = GV_SUB(b, a), limit = GV_SET(c->same_surface), nearest = up ? b : a;
+            GV step = GV_SUB(b, a), limit = GV_SET(c->same_surface), nearest = up ? b : a, own, further;
             GM small, from_a, from_b;
             if (!c->orthographic)
                 limit = GV_MUL(limit, GV_MIN(GV_ABS(a), GV_ABS(b)));
@@ -3606,21 +3611,27 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
             from_a = GV_LE(GV_ABS(GV_SUB(step, GV_SUB(a, before))), limit);
             from_b = GV_LE(GV_ABS(GV_SUB(step, GV_SUB(after, b))), limit);
             small = GM_OR(small, from_a), small = GM_OR(small, from_b);
-            GV_STORE(heights + u * GTAOI_TILE + k,
-                     GV_SELECT(small, GV_ADD(a, GV_MUL(GV_SET((float)fraction), step)), nearest));
-            GV_STORE(bases + u * GTAOI_TILE + k,
-                     GV_ADD(nearest, GV_MUL(GV_LOAD(tilt + k), GV_SET((float)(fraction - (double)up)))));
+            own = up ? GV_SUB(after, b) : GV_SUB(a, before);
+            further = up ? GV_SUB(GV_LOAD(p + k + 3), after) : GV_SUB(before, GV_LOAD(p + k - 2));
+            from_a = GV_LE(GV_ABS(own), limit);
+            from_b = GV_LE(GV_ABS(GV_SUB(own, further)), limit);
+            own = GV_SELECT(small, step, GV_IF(GM_OR(from_a, from_b), own));
+            GV_STORE(block[HEIGHTS] + u * GTAOI_TILE + k, GV_ADD(nearest, GV_MUL(own, GV_SET(aside))));
+            GV_STORE(block[ACROSS] + u * GTAOI_TILE + k, own);
+            GV_STORE(block[BASES] + u * GTAOI_TILE + k, nearest);
             if (c->bounded) {
-                const float *along = l->tilt_along + (ptrdiff_t)i * l->pitch + at + up;
-                GV_STORE(ahead + u * GTAOI_TILE + k,
-                         GV_ADD(GV_LOAD(along + k), GV_MUL(GV_LOAD(tilt + k), GV_SET((float)l->slope))));
+                ptrdiff_t here = (ptrdiff_t)i * l->pitch + at + up + k;
+                GV_STORE(block[AHEAD] + u * GTAOI_TILE + k,
+                         GV_ADD(GV_LOAD(l->tilt_along + here),
+                                GV_MUL(GV_LOAD(l->tilt_across + here), GV_SET((float)l->slope))));
             }
         }
     }
+    GTAOI_NAME(gtaoi_turn16)(block[HEIGHTS], l->strip + tile * GTAOI_TILE, l->length);
+    GTAOI_NAME(gtaoi_turn16)(block[ACROSS], l->across + tile * GTAOI_TILE, l->length);
+    GTAOI_NAME(gtaoi_turn16)(block[BASES], l->base + tile * GTAOI_TILE, l->length);
     if (c->bounded)
-        GTAOI_NAME(gtaoi_turn16)(ahead, l->ahead + tile * GTAOI_TILE, l->length);
-    GTAOI_NAME(gtaoi_turn16)(heights, l->strip + tile * GTAOI_TILE, l->length);
-    GTAOI_NAME(gtaoi_turn16)(bases, l->base + tile * GTAOI_TILE, l->length);
+        GTAOI_NAME(gtaoi_turn16)(block[AHEAD], l->ahead + tile * GTAOI_TILE, l->length);
 }
 
 /* Which of the samples [at, at + 16) of a line lie on the hull of their neighbours, where every slope from one side is
@@ -3643,31 +3654,38 @@ GTAOI_FN unsigned GTAOI_NAME(gtaoi_sweep_above)(const float *strip) {
 
 /* Largest slopes from the 16 receivers of one line and tile to what lies more than GTAO_SWEEP_NEAR before (after) them:
  * the samples that are not in the hull yet, then the hull's vertices from the nearest on, for as long as they rise for
- * any of the 16. */
+ * any of the 16. Heights are moved from the line to the parallel through the receiver by their gradient across. */
 GTAOI_FN void GTAOI_NAME(gtaoi_sweep_query)(const gtaoi_lines *l, int line, int tile, int backward, float *out) {
     GTAOI_NO_CONTRACT
     enum { N = GTAOI_TILE / GTAOI_W, FIRST = GTAO_SWEEP_NEAR + 1, LAST = GTAO_SWEEP_NEAR + GTAOI_LAG + GTAOI_TILE - 1 };
     ptrdiff_t at = (ptrdiff_t)line * l->length + tile * GTAOI_TILE, step = backward ? 1 : -1;
     const float *sample = l->strip + at + FIRST * step;
     const gtaoi_vertex *vertex = l->vertex + (ptrdiff_t)line * l->room + l->depth[line];
-    GV b[N], best[N], hull[N];
+    const float *across = sample + (l->across - l->strip);
+    GV b[N], aside[N], best[N], hull[N];
     int k, n, rising;
     for (n = 0; n < N; n++) {
         b[n] = GV_LOAD(l->base + at + n * GTAOI_W);
+        aside[n] = GV_LOAD(l->aside + tile * GTAOI_TILE + n * GTAOI_W);
         best[n] = hull[n] = GV_SET(GTAOI_SKY);
     }
-    for (k = FIRST; k <= LAST; k++, sample += step) {
+    for (k = FIRST; k <= LAST; k++, sample += step, across += step) {
         GV inv = GV_SET(l->inverse[k]);
-        for (n = 0; n < N; n++)
-            best[n] = GV_MAX(best[n], GV_MUL(GV_SUB(GV_LOAD(sample + n * GTAOI_W), b[n]), inv));
+        for (n = 0; n < N; n++) {
+            GV base = GV_ADD(b[n], GV_MUL(aside[n], GV_LOAD(across + n * GTAOI_W)));
+            best[n] = GV_MAX(best[n], GV_MUL(GV_SUB(GV_LOAD(sample + n * GTAOI_W), base), inv));
+        }
     }
     do {
-        GV w = GV_SET(vertex[0].w), further = GV_SET(vertex[-1].w);
+        GV w = GV_SET(vertex[0].w), w_across = GV_SET(vertex[0].across);
+        GV further = GV_SET(vertex[-1].w), further_across = GV_SET(vertex[-1].across);
         const float *inv = l->inverse + (tile * GTAOI_TILE - vertex[0].t);
         const float *further_inv = l->inverse + (tile * GTAOI_TILE - vertex[-1].t);
         for (rising = 0, n = 0; n < N; n++) {
-            GV slope = GV_MUL(GV_SUB(further, b[n]), GV_LOAD(further_inv + n * GTAOI_W));
-            hull[n] = GV_MAX(hull[n], GV_MUL(GV_SUB(w, b[n]), GV_LOAD(inv + n * GTAOI_W)));
+            GV base = GV_ADD(b[n], GV_MUL(aside[n], w_across)), slope;
+            hull[n] = GV_MAX(hull[n], GV_MUL(GV_SUB(w, base), GV_LOAD(inv + n * GTAOI_W)));
+            base = GV_ADD(b[n], GV_MUL(aside[n], further_across));
+            slope = GV_MUL(GV_SUB(further, base), GV_LOAD(further_inv + n * GTAOI_W));
             rising |= GM_ANY(GV_LT(hull[n], slope));
             hull[n] = GV_MAX(hull[n], slope);
         }
@@ -3704,7 +3722,8 @@ GTAOI_FI int GTAOI_NAME(gtaoi_sweep_matters)(const gtaoi_lines *l, const float *
                                              int k0, int k1, GV unit, const GV *b, const GV *tangent,
                                              const GTAOI_HORIZONS *s) {
     GTAOI_NO_CONTRACT
-    float top = gtaoi_max(t >= 0 && t < count ? high[t] : GTAOI_SKY, t_end >= 0 && t_end < count ? high[t_end] : GTAOI_SKY);
+    float top =
+        gtaoi_max(t >= 0 && t < count ? high[t] : GTAOI_SKY, t_end >= 0 && t_end < count ? high[t_end] : GTAOI_SKY);
     int n, any = 0;
     for (n = 0; n < GTAOI_TILE / GTAOI_W; n++) {
         GV up = GV_MUL(GV_SUB(GV_SET(top), b[n]), unit);
@@ -3724,20 +3743,23 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_within)(const gtaoi_lines *l, int line, int
     int step = backward ? 1 : -1, at = tile * GTAOI_TILE, k, n, t, ring = c->inv_falloff > 0.0f;
     int blocks = l->tiles / GTAOI_BLOCK + 1, end = (backward ? l->tiles - tile : tile + 1) * GTAOI_TILE;
     const float *sample_at = l->strip + (ptrdiff_t)line * l->length + at;
+    const float *across_at = l->across + (ptrdiff_t)line * l->length + at;
     float sign = backward ? 1.0f : -1.0f, reach[GTAOI_TILE], high = GTAOI_SKY, range = 0.0f;
     GV unit = GV_ABS(GV_SET(l->x_major ? l->slice->dx : l->slice->dy));
-    GV b[N], tangent[N];
+    GV b[N], aside[N], tangent[N];
     GTAOI_FRAME f[N];
     GTAOI_HORIZONS s[N];
     for (n = 0; n < N; n++) {
         GV w0 = one, len = one, along = zero, perp = GV_SET(l->slice->bb), rx = zero, ry = zero;
         ptrdiff_t here = (ptrdiff_t)line * l->length + at + n * GTAOI_W;
         b[n] = GV_LOAD(l->base + here);
+        aside[n] = GV_LOAD(l->aside + at + n * GTAOI_W);
         tangent[n] = GV_MUL(GV_MUL(GV_LOAD(l->ahead + here), GV_SET(sign)), unit);
         if (!c->orthographic) {
-            /* the receiver on the line, from (0, 0) + 0.5 along both axes */
-            GV major = GV_ADD(GV_SET((float)(l->first + at + n * GTAOI_W)), GTAOI_NAME(gtaoi_iota)());
-            GV minor = GV_ADD(GV_MUL(major, GV_SET((float)l->slope)), GV_SET((float)(l->phase + (double)(l->line + line))));
+            GV major = GV_ADD(GV_SET((float)(l->first + at + n * GTAOI_W)), GTAOI_NAME(gtaoi_iota)()), minor;
+            for (k = 0; k < GTAOI_W; k++)
+                reach[k] = (float)(l->minor[at + n * GTAOI_W + k] + line);
+            minor = GV_LOAD(reach);
             GV toward = GV_SET((l->backward[0] == backward) ? 1.0f : -1.0f);
             rx = GV_SUB(GV_ADD(l->x_major ? major : minor, GV_SET(0.5f)), GV_SET(c->cx));
             ry = GV_SUB(GV_ADD(l->x_major ? minor : major, GV_SET(0.5f)), GV_SET(c->cy));
@@ -3751,13 +3773,14 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_within)(const gtaoi_lines *l, int line, int
         f[n].inv_perp = GV_DIV(one, GV_SQRT(perp));
         f[n].kappa_scale = GV_MUL(GV_DIV(len, w0), f[n].inv_perp);
         f[n].kappa_tangent = GV_SUB(GV_MUL(tangent[n], f[n].kappa_scale), GV_MUL(along, f[n].inv_perp));
-        f[n].cos_tangent = GV_DIV(f[n].kappa_tangent,
-                                  GV_SQRT(GV_ADD(one, GV_MUL(f[n].kappa_tangent, f[n].kappa_tangent))));
+        f[n].cos_tangent =
+            GV_DIV(f[n].kappa_tangent, GV_SQRT(GV_ADD(one, GV_MUL(f[n].kappa_tangent, f[n].kappa_tangent))));
         f[n].reach = GV_MUL(GV_SET(c->reach), f[n].inv_perp);
         f[n].floor = s[n].rise[0] = zero;
         s[n].cosine[0] = f[n].cos_tangent;
-        GV_STORE(reach + n * GTAOI_W, GV_MUL(f[n].reach, unit));
     }
+    for (n = 0; n < N; n++)
+        GV_STORE(reach + n * GTAOI_W, GV_MUL(f[n].reach, unit));
     /* samples farther than this are out of reach: reach w / t >= 1, orthographic reach / t >= 1 */
     for (k = 0; k < GTAOI_TILE; k++)
         range = gtaoi_max(range, reach[k]);
@@ -3787,9 +3810,11 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_within)(const gtaoi_lines *l, int line, int
         inv = GV_MUL(GV_SET(l->inverse[k]), unit);
         for (n = 0; n < N; n++) {
             GTAOI_SAMPLE sample;
-            GV w = GV_LOAD(sample_at + step * k + n * GTAOI_W);
-            GV rise = GV_SUB(GV_MUL(GV_SUB(w, b[n]), inv), tangent[n]);
-            GM fading = GTAOI_NAME(gtaoi_rise)(c, &f[n], &s[n], 0, w, inv, rise, rise, &sample, c->orthographic, 1, 1, 0);
+            GM fading;
+            GV w = GV_LOAD(sample_at + step * k + n * GTAOI_W), rise;
+            w = GV_SUB(w, GV_MUL(aside[n], GV_LOAD(across_at + step * k + n * GTAOI_W)));
+            rise = GV_SUB(GV_MUL(GV_SUB(w, b[n]), inv), tangent[n]);
+            fading = GTAOI_NAME(gtaoi_rise)(c, &f[n], &s[n], 0, w, inv, rise, rise, &sample, c->orthographic, 1, 1, 0);
             if (ring && GM_ANY(fading))
                 GTAOI_NAME(gtaoi_fade)(c, &f[n], &s[n], 0, &sample, fading);
         }
@@ -3823,7 +3848,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_lines)(gtaoi_lines *l) {
             float found[GTAOI_TILE * GTAOI_TILE], turned[GTAOI_TILE * GTAOI_TILE];
             int at;
             tile = backward ? tiles - 1 - i : i, at = tile * GTAOI_TILE;
-            for (line = 0; line < GTAOI_TILE && !l->c->bounded; line++) { /* 16 samples, GAP from the receivers, of two tiles */
+            for (line = 0; line < GTAOI_TILE && !l->c->bounded;
+                 line++) { /* 16 samples, GAP from the receivers, of two tiles */
                 const uint16_t *above = l->above + line * (tiles + 4) + tile + 2;
                 unsigned bits = backward ? (unsigned)above[1] >> GAP | (unsigned)above[2] << (GTAOI_TILE - GAP)
                                          : (unsigned)above[-2] >> (GTAOI_TILE - GAP) | (unsigned)above[-1] << GAP;
@@ -3850,8 +3876,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_keep_tilts)(const gtaoi_pass *pass, const GTAOI_P
                                            int x, int y) {
     int g;
     for (g = 0; g < groups; g++, x += GTAOI_W) {
-        GV_STORE(pass->tilt_x + (ptrdiff_t)y * pass->tilt_x_pitch + x, GV_IF(active[g], p[g].gx));
-        GV_STORE(pass->tilt_y + (ptrdiff_t)y * pass->tilt_y_pitch + x, GV_IF(active[g], p[g].gy));
+        GV_STORE(pass->tilt_x + (ptrdiff_t)y * pass->tilt_pitch + x, GV_IF(active[g], p[g].gx));
+        GV_STORE(pass->tilt_y + (ptrdiff_t)y * pass->tilt_pitch + x, GV_IF(active[g], p[g].gy));
     }
 }
 
@@ -3879,35 +3905,45 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sums)(const gtao_context *c, GTAOI_SUM *sum, int 
     }
 }
 
-/* The far horizons join the near ones; and the horizon maps. */
+/* A group's share of a horizon map; pixels without a horizon see half of the circle. */
+GTAOI_FN void GTAOI_NAME(gtaoi_store_horizons)(const gtao_context *c, const GTAOI_FRAME *f, const GTAOI_HORIZONS *s,
+                                               GM active, int k, int side, int x, int y) {
+    GTAOI_NO_CONTRACT
+    const gtao_sweep_options *o = c->pass->options;
+    GV open = GV_SET((float)(0.5 * GTAOI_PI)), h = open;
+    float angle[GTAOI_W];
+    float *to = (float *)(void *)((char *)o->horizons + (ptrdiff_t)(2 * k + side) * o->horizon_plane +
+                                  (ptrdiff_t)y * o->horizon_stride);
+    int i;
+    if (GM_ANY(active)) {
+        GM occluded = active;
+        h = GTAOI_NAME(gtaoi_atan2)(GV_SET(1.0f), GTAOI_NAME(gtaoi_kappa)(c, f, s, side, &occluded));
+        h = GV_SELECT(active, GV_MAX(h, GV_SET(0.0f)), open);
+    }
+    GV_STORE(angle, h);
+    for (i = 0; i < GTAOI_W; i++)
+        if (x + i >= c->x_begin && x + i < c->x_end)
+            to[x + i] = angle[i];
+}
+
+/* The far horizons join the near ones. */
 GTAOI_FN void GTAOI_NAME(gtaoi_add_far)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                         GTAOI_HORIZONS *s, const GM *active, int groups, int k, int x, int y) {
     GTAOI_NO_CONTRACT
     const gtaoi_pass *pass = c->pass;
-    const float *from = pass->beyond + (size_t)(2 * (k - c->slice_begin)) * pass->beyond_plane +
-                        (ptrdiff_t)y * pass->beyond_pitch;
-    int g, side, i;
+    const float *from =
+        pass->beyond + (size_t)(2 * (k - c->slice_begin)) * pass->beyond_plane + (ptrdiff_t)y * pass->beyond_pitch;
+    int g, side;
     for (g = 0; g < groups; g++, x += GTAOI_W) {
-        GV unit = GV_MAX(GV_ABS(f[g].dx), GV_ABS(f[g].dy));
-        GV tangent = GV_ADD(GV_MUL(p[g].gx, f[g].dx), GV_MUL(p[g].gy, f[g].dy));
-        if (!GM_ANY(active[g]))
-            continue;
         for (side = 0; side < 2; side++) {
-            GV slope = GV_MUL(GV_LOAD(from + (size_t)side * pass->beyond_plane + x), unit);
-            s[g].rise[side] = GV_MAX(s[g].rise[side], side ? GV_ADD(slope, tangent) : GV_SUB(slope, tangent));
-            if (pass->options->horizons) {
-                GM occluded = active[g];
-                GV kappa = GTAOI_NAME(gtaoi_kappa)(c, &f[g], &s[g], side, &occluded);
-                float angle[GTAOI_W];
-                float *to = (float *)(void *)((char *)pass->options->horizons +
-                                              (ptrdiff_t)(2 * k + side) * pass->options->horizon_plane +
-                                              (ptrdiff_t)y * pass->options->horizon_stride);
-                GV_STORE(angle, GV_SELECT(active[g], GTAOI_NAME(gtaoi_atan2)(GV_SET(1.0f), kappa),
-                                          GV_SET((float)(0.5 * GTAOI_PI))));
-                for (i = 0; i < GTAOI_W; i++)
-                    if (x + i >= c->x_begin && x + i < c->x_end)
-                        to[x + i] = angle[i];
+            if (GM_ANY(active[g])) {
+                GV unit = GV_MAX(GV_ABS(f[g].dx), GV_ABS(f[g].dy));
+                GV tangent = GV_ADD(GV_MUL(p[g].gx, f[g].dx), GV_MUL(p[g].gy, f[g].dy));
+                GV slope = GV_MUL(GV_LOAD(from + (size_t)side * pass->beyond_plane + x), unit);
+                s[g].rise[side] = GV_MAX(s[g].rise[side], side ? GV_ADD(slope, tangent) : GV_SUB(slope, tangent));
             }
+            if (pass->options->horizons)
+                GTAOI_NAME(gtaoi_store_horizons)(c, &f[g], &s[g], active[g], k, side, x, y);
         }
     }
 }
@@ -3958,6 +3994,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
             }
             if (c->slice_begin > 0)
                 GTAOI_NAME(gtaoi_sums)(c, sum, groups, x0, y, 0);
+            any |= c->pass && c->pass->options->horizons;
             for (k = c->slice_begin; any && k < c->slice_end; k++) {
                 GTAOI_FRAME frame[4];
                 GTAOI_HORIZONS found[4];
