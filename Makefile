@@ -3,6 +3,7 @@
 # make test       every test; make suites: only the cmocka suites, make determinism: only the golden hashes
 # make strict     every language standard, compiler, target and optimisation level, warnings as errors
 # make bench      error against run time, beside other methods, into build/bench/ and docs/; QUICK=1: a look in 2 minutes
+# make bench-bake  tables of docs/baking.md; LARGE=1: also 8192 x 8192 in 512 MiB. make bench-gis: beside SAGA GIS
 # make fuzz       libFuzzer for FUZZ_SECONDS (60); make msan: golden hashes and the corpus under MemorySanitizer
 # make golden     rewrite tests/data/golden.txt (after a deliberate change of the results)
 # make figures    docs/figures/*.gp to svg, and the README's picture from the demo
@@ -63,7 +64,7 @@ bench_programs := $(foreach f,$(benches),$(call program_of,$(f)))
 suite_programs := $(foreach f,$(suites),build/tests/$(basename $(notdir $(f))))
 objects = $(patsubst %.c,$(obj)/%.o,$(1))
 
-.PHONY: all bake-mpi demo test suites determinism golden strict bench fuzz msan figures format check-format coverage clean FORCE
+.PHONY: all bake-mpi bench-bake bench-gis demo test suites determinism golden strict bench fuzz msan figures format check-format coverage clean FORCE
 .DELETE_ON_ERROR:
 .PRECIOUS: build/setup/%
 all: $(programs) bake-mpi
@@ -138,6 +139,12 @@ bench: $(bench_programs) | build/setup/figures
 	build/bench-run $(if $(QUICK),--quick)
 	build/bench_multibounce $(if $(QUICK),--size 120x68 --paths 50,--size 240x135 --paths 200) > build/bench/multibounce.txt
 	tests/bench/publish.sh $(if $(QUICK),,docs)
+
+bench-bake: build/bake build/bake_bench bake-mpi
+	tests/bench/bake.sh
+
+bench-gis: build/bake build/bake_bench | build/setup/gis
+	tests/bench/gis.sh
 
 test: $(suite_programs) $(programs) bake-mpi | build/setup/test
 	@tests/run.sh $(suite_programs) tests/determinism.sh

@@ -60,7 +60,7 @@ static vec unit(vec a) {
     return length > 0.0f ? c : up;
 }
 
-/* ---- the mesh ----------------------------------------------------------------------------------------------------- */
+/* ---- the mesh ---------------------------------------------------------------------------------------------------- */
 
 static int grow(void **data, size_t *room, size_t count, size_t size) {
     if (count < *room)
@@ -158,7 +158,8 @@ static int make_mesh(mesh *m) {
     for (int j = 0; ok && j < SIDE; ++j)
         for (int i = 0; ok && i < SIDE; ++i) {
             vec up = {0.0f, 0.0f, 1.0f};
-            ok = add_position(m, (float)i / (SIDE - 1), (float)j / (SIDE - 1), 0.0f) && add_normal(m, up);
+            ok = add_position(m, 1.04f * (float)i / (SIDE - 1) - 0.02f, 1.04f * (float)j / (SIDE - 1) - 0.02f, 0.0f) &&
+                 add_normal(m, up);
         }
     ok = ok && add_sheet(m, SIDE, SIDE);
     for (int k = 0; ok && k < STONES * STONES; ++k) {
@@ -229,7 +230,7 @@ static int read_mesh(const char *path, int up_y, mesh *m) {
     return ok && m->corner_count == 0 ? error_line("--mesh %s: no faces", path) : ok;
 }
 
-/* ---- the maps ----------------------------------------------------------------------------------------------------- */
+/* ---- the maps ---------------------------------------------------------------------------------------------------- */
 
 typedef struct maps {
     const mesh *m;
@@ -415,7 +416,7 @@ static void trace_rows(void *user, int thread, int begin, int end) {
         }
 }
 
-/* ---- the program -------------------------------------------------------------------------------------------------- */
+/* ---- the program ------------------------------------------------------------------------------------------------- */
 
 static int write_map(const char *path, const maps *o, int channels, const float *data) {
     static const char *const one[] = {"Y"}, *const three[] = {"N.X", "N.Y", "N.Z"};

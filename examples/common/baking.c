@@ -59,7 +59,7 @@ struct baking {
     int phase;
 };
 
-/* ---- options ------------------------------------------------------------------------------------------------------ */
+/* ---- options ----------------------------------------------------------------------------------------------------- */
 
 enum {
     OPT_HEIGHT,
@@ -289,7 +289,7 @@ static int set_option(baking *b, int id, const char *value) {
     case OPT_DIRECTIONS:
         return set_integer(b, id, value, 1, 64, "an integer, 1..64", &o->directions);
     case OPT_RADIUS:
-        if (!set_number(b, id, value, 0.0, HUGE_VAL, "a positive number, or inf", &number) || !(number > 0.0))
+        if (!cli_number(value, &number) || !(number > 0.0))
             return bad_value(b, id, value, "a positive number, or inf");
         o->radius = (float)number;
         return 1;
@@ -504,7 +504,7 @@ void baking_free(baking *b) {
     free(b);
 }
 
-/* ---- the size of the tiles ---------------------------------------------------------------------------------------- */
+/* ---- the size of the tiles --------------------------------------------------------------------------------------- */
 
 typedef struct box {
     int x, y, width, height;
@@ -637,7 +637,7 @@ static box core_of(const baking *b, int tile) {
     return c;
 }
 
-/* ---- the work directory ------------------------------------------------------------------------------------------- */
+/* ---- the work directory ------------------------------------------------------------------------------------------ */
 
 static void work_path(const baking *b, const char *name, char *path, size_t size) {
     snprintf(path, size, "%s/%s", b->work, name); /* check_options left room */
@@ -726,6 +726,20 @@ static int lock_work(baking *b, int leads) {
     return error_line(b, "--work %s: in use by another process", b->work);
 }
 
+/* No directory of somebody else's: empty, but for what is made first. */
+static int is_untouched(const baking *b) {
+    DIR *directory = opendir(b->work);
+    int untouched = directory != NULL;
+    for (struct dirent *entry; directory && (entry = readdir(directory)) != NULL;) {
+        const char *n = entry->d_name;
+        untouched = untouched && (strcmp(n, ".") == 0 || strcmp(n, "..") == 0 || strcmp(n, "lock") == 0 ||
+                                  strncmp(n, "job.", 4) == 0);
+    }
+    if (directory)
+        closedir(directory);
+    return untouched;
+}
+
 /* A directory of our own, new or left by the same job. */
 static int enter_work(baking *b) {
     char path[4096 + 64], text[16384], found[16384] = "";
@@ -736,6 +750,9 @@ static int enter_work(baking *b) {
     int there = mkdir(b->work, 0777) != 0 && errno == EEXIST;
     if (!there && access(b->work, W_OK | X_OK) != 0)
         return error_line(b, "--work %s: %s", b->work, strerror(errno));
+    work_path(b, "job", path, sizeof path);
+    if (there && access(path, F_OK) != 0 && !is_untouched(b))
+        return error_line(b, "--work %s: is there, but is not the unfinished work of this program", b->work);
     b->created_work = !there;
     if (!lock_work(b, 1))
         return 0;
@@ -764,7 +781,7 @@ static int enter_work(baking *b) {
     return 1;
 }
 
-/* ---- begin -------------------------------------------------------------------------------------------------------- */
+/* ---- begin ------------------------------------------------------------------------------------------------------- */
 
 /* Which option an input file came from. */
 static const char *input_option(const baking *b, const char *message) {
@@ -850,7 +867,7 @@ int baking_tiles(const baking *b) {
     return b->columns * b->rows;
 }
 
-/* ---- a tile ------------------------------------------------------------------------------------------------------- */
+/* ---- a tile ------------------------------------------------------------------------------------------------------ */
 
 typedef struct tile_header {
     uint64_t magic, tile, width, height, floats;
@@ -1071,7 +1088,7 @@ void baking_progress(baking *b, int done, int count, double part) {
     fflush(stderr);
 }
 
-/* ---- the outputs -------------------------------------------------------------------------------------------------- */
+/* ---- the outputs ------------------------------------------------------------------------------------------------- */
 
 /* From the library's axes, x right, y down, z into the map. */
 static void turn_bent(const baking *b, float *n, size_t pixels) {
@@ -1146,7 +1163,7 @@ static int write_rows(const baking *b, raster_writer *const writers[OUT_COUNT]) 
     return ok;
 }
 
-/* ---- the picture -------------------------------------------------------------------------------------------------- */
+/* ---- the picture ------------------------------------------------------------------------------------------------- */
 
 enum { PICTURE_SIDE = 512, PICTURE_MARGIN = 12, PICTURE_TITLE = 30 };
 
@@ -1285,7 +1302,7 @@ static int write_picture(const baking *b, image_pending *pending) {
     return ok;
 }
 
-/* ---- the end ------------------------------------------------------------------------------------------------------ */
+/* ---- the end ----------------------------------------------------------------------------------------------------- */
 
 static int note_pending(const baking *b, const image_pending *pending, int count) {
     char path[4096 + 64];
@@ -1311,10 +1328,12 @@ static void stats_text(const baking *b, double seconds, char *text, size_t size)
              "  \"far_slope_error_bound\": %.6f,\n  \"seconds\": %.3f,\n  \"seconds_reading\": %.3f,\n"
              "  \"seconds_computing\": %.3f,\n  \"seconds_writing\": %.3f,\n  \"tiles_found\": %d,\n  "
              "\"tiles_computed\": %d,\n  \"pixels_computed\": %lld,\n"
-             "  \"peak_memory_mib\": %.1f\n}\n",
+             "  \"cpu_seconds\": %.3f,\n  \"peak_memory_mib\": %.1f\n}\n",
              b->map.width, b->map.height, b->o.directions, pool_threads(b->workers), baking_tiles(b), b->tile_width,
              b->tile_height, whole ? 0 : b->map.overlap, b->map.holes, slope, seconds, b->seconds_reading,
              b->seconds_computing, b->seconds_writing, b->tiles_found, b->tiles_computed, b->pixels_computed,
+             (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+                 1e-6 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec),
              (double)usage.ru_maxrss / 1024.0);
 }
 

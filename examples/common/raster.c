@@ -31,7 +31,7 @@
 #define RASTER_HAS_TIFF 0
 #endif
 
-/* ---- helpers ------------------------------------------------------------------------------------------------------ */
+/* ---- helpers ----------------------------------------------------------------------------------------------------- */
 
 /* One printable line, whatever the file's name or a library's message holds. */
 static int fail(image_error *error, const char *path, const char *format, ...) {
@@ -84,7 +84,7 @@ static int size_ok(double width, double height, double limit) {
     return width >= 1.0 && height >= 1.0 && width <= limit && height <= limit;
 }
 
-/* ---- reading: what the formats share ------------------------------------------------------------------------------ */
+/* ---- reading: what the formats share ----------------------------------------------------------------------------- */
 
 struct raster_reader {
     raster_format format;
@@ -134,7 +134,7 @@ static int make_line(raster_reader *r, size_t floats, image_error *error) {
     return r->line ? 1 : fail(error, r->path, "not enough memory");
 }
 
-/* ---- reading: PFM, raw -------------------------------------------------------------------------------------------- */
+/* ---- reading: PFM, raw ------------------------------------------------------------------------------------------- */
 
 static int pfm_word(FILE *file, char *word, size_t size) {
     int c = getc(file);
@@ -228,7 +228,7 @@ static int read_rows(raster_reader *r, float *to, image_error *error) {
     return 1;
 }
 
-/* ---- reading: PNG ------------------------------------------------------------------------------------------------- */
+/* ---- reading: PNG ------------------------------------------------------------------------------------------------ */
 
 #if RASTER_HAS_PNG
 
@@ -310,7 +310,7 @@ static int read_png(raster_reader *r, float *to, image_error *error) {
 
 #endif
 
-/* ---- reading: TIFF ------------------------------------------------------------------------------------------------ */
+/* ---- reading: TIFF ----------------------------------------------------------------------------------------------- */
 
 #if RASTER_HAS_TIFF
 
@@ -495,7 +495,7 @@ static int read_tiff(raster_reader *r, float *to, image_error *error) {
 
 #endif
 
-/* ---- reading: the interface --------------------------------------------------------------------------------------- */
+/* ---- reading: the interface -------------------------------------------------------------------------------------- */
 
 static int open_exr(raster_reader *r, const char *spec, image_error *error) {
     image size;
@@ -608,7 +608,7 @@ void raster_close(raster_reader *r) {
     free(r);
 }
 
-/* ---- writing ------------------------------------------------------------------------------------------------------ */
+/* ---- writing ----------------------------------------------------------------------------------------------------- */
 
 enum { TILE = 256 };
 

@@ -41,7 +41,7 @@ static int read_at(int file, void *to, size_t bytes, long long at) {
     return 1;
 }
 
-/* ---- levels ------------------------------------------------------------------------------------------------------- */
+/* ---- levels ------------------------------------------------------------------------------------------------------ */
 
 typedef struct cell {
     float least, mean, greatest, weight; /* weight: pixels that hold data; 0: the others mean nothing */
@@ -171,7 +171,7 @@ static int make_level(const char *directory, const terrain_level *from, terrain_
     return ok;
 }
 
-/* ---- copying in --------------------------------------------------------------------------------------------------- */
+/* ---- copying in -------------------------------------------------------------------------------------------------- */
 
 static raster_reader *open_heights(const terrain_source *source, raster_info *info, image_error *error) {
     return raster_open(source->heights, 1, source->raw_width, source->raw_height, info, error);
@@ -340,7 +340,7 @@ static int copy_normals(const char *directory, const terrain_source *source, con
     return ok;
 }
 
-/* ---- the description on disk ---------------------------------------------------------------------------------------- */
+/* ---- the description on disk --------------------------------------------------------------------------------------- */
 
 /* Numbers as %a, so that what is read is what was written. */
 static int write_description(const char *directory, const terrain *t, image_error *error) {
@@ -450,7 +450,7 @@ void terrain_close(terrain *t) {
     t->heights_file = t->normals_file = -1;
 }
 
-/* ---- windows ------------------------------------------------------------------------------------------------------ */
+/* ---- windows ----------------------------------------------------------------------------------------------------- */
 
 /* The map's coordinate that stands for one beyond it, or -1. */
 static int inside(long long i, int size, terrain_border border) {
@@ -495,7 +495,7 @@ int terrain_normals(const terrain *t, terrain_border border, int x, int y, int w
     return read_window(t, t->normals_file, 3, 0.0f, border, x, y, width, height, to, error);
 }
 
-/* ---- far terrain -------------------------------------------------------------------------------------------------- */
+/* ---- far terrain ------------------------------------------------------------------------------------------------- */
 
 /* How far beyond a window's edge level i is looked at. */
 static double level_reach(const terrain *t, int i, double reach_px) {

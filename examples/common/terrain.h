@@ -66,7 +66,7 @@ int terrain_heights(const terrain *t, terrain_border border, int x, int y, int w
 int terrain_normals(const terrain *t, terrain_border border, int x, int y, int width, int height, float *to,
                     image_error *error);
 
-/* ---- far terrain -------------------------------------------------------------------------------------------------- */
+/* ---- far terrain ------------------------------------------------------------------------------------------------- */
 
 /* The cells that lines starting at a window's edges can meet, in memory. */
 typedef struct terrain_view {
