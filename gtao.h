@@ -3580,7 +3580,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
     for (u = 0; u < GTAOI_TILE; u++) {
         int position = tile * GTAOI_TILE + u, i = l->first + position, whole, up, at;
         double place = l->slope * (double)i + l->phase, fraction;
-        float aside;
+        float aside, ahead;
         const float *p;
         if (position >= l->count) {
             gtaoi_fill_sky(block[HEIGHTS] + u * GTAOI_TILE, GTAOI_TILE);
@@ -3619,12 +3619,18 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
             GV_STORE(block[HEIGHTS] + u * GTAOI_TILE + k, GV_ADD(nearest, GV_MUL(own, GV_SET(aside))));
             GV_STORE(block[ACROSS] + u * GTAOI_TILE + k, own);
             GV_STORE(block[BASES] + u * GTAOI_TILE + k, nearest);
-            if (c->bounded) {
-                ptrdiff_t here = (ptrdiff_t)i * l->pitch + at + up + k;
-                GV_STORE(block[AHEAD] + u * GTAOI_TILE + k,
-                         GV_ADD(GV_LOAD(l->tilt_along + here),
-                                GV_MUL(GV_LOAD(l->tilt_across + here), GV_SET((float)l->slope))));
+        }
+        for (k = 0; c->bounded && k < GTAOI_TILE; k++) { /* gradients are not padded */
+            int y = at + up + k;
+            if (wrap && y >= l->n_minor)
+                y = gtaoi_wrap(y, l->n_minor);
+            if (y >= 0 && y < l->n_minor) {
+                ptrdiff_t here = (ptrdiff_t)i * l->pitch + y;
+                ahead = l->tilt_along[here] + l->tilt_across[here] * (float)l->slope;
+            } else {
+                ahead = 0.0f;
             }
+            block[AHEAD][u * GTAOI_TILE + k] = ahead;
         }
     }
     GTAOI_NAME(gtaoi_turn16)(block[HEIGHTS], l->strip + tile * GTAOI_TILE, l->length);
