@@ -138,6 +138,7 @@ demo: build/demo-sheet
 bench: $(bench_programs) | build/setup/figures
 	build/bench-run $(if $(QUICK),--quick)
 	build/bench_multibounce $(if $(QUICK),--size 120x68 --paths 50,--size 240x135 --paths 200) > build/bench/multibounce.txt
+	build/bench_sweep $(if $(QUICK),--quick) > build/bench/sweep.txt
 	tests/bench/publish.sh $(if $(QUICK),,docs)
 
 bench-bake: build/bake build/bake_bench bake-mpi
