@@ -5,6 +5,7 @@
 # make strict     every language standard, compiler, target and optimisation level, warnings as errors
 # make bench      error against run time, beside other methods, into build/bench/ and docs/; QUICK=1: a look in 2 minutes
 # make specular   that part of make bench which is about specular occlusion: docs/specular.md and its pictures
+# make bench-bake  tables of docs/baking.md; LARGE=1: also 8192 x 8192 in 512 MiB. make bench-gis: beside SAGA GIS
 # make fuzz       libFuzzer for FUZZ_SECONDS (60); make msan: golden hashes and the corpus under MemorySanitizer
 # make golden     rewrite tests/data/golden.txt (after a deliberate change of the results)
 # make figures    docs/figures/*.gp to svg, and the pictures in README and docs/ from the demos and the viewer
@@ -39,13 +40,17 @@ warnings := -Wall -Wextra -Wpedantic -Wshadow -Wundef -Wconversion -Wsign-conver
 cflags := -std=c99 -D_POSIX_C_SOURCE=200809L $(warnings) -ffp-contract=off $(flags_$(config)) -I. -Iexamples/common -pthread $(CFLAGS)
 libs := -lm
 exr_libs := -lOpenEXRCore
+# Optional packages, looked for when a recipe runs, since tests/setup.sh may just have installed them.
+hash := \#
+has_header = $(shell echo '$(hash)include <$(1)>' | $(CC) -E -x c - >/dev/null 2>&1 && echo yes)
+raster_libs = $(if $(call has_header,png.h),-lpng) $(if $(call has_header,tiffio.h),-ltiff)
 obj := build/obj/$(config)
 
 # ---- what there is --------------------------------------------------------------------------------------------------
 
 has_main = $(if $(1),$(shell grep -l '^int main' $(1)))
 
-examples := $(wildcard examples/*.c)
+examples := $(filter-out examples/bake_mpi.c,$(wildcard examples/*.c))
 benches := $(call has_main,$(wildcard tests/bench/*.c))
 all_suites := $(wildcard tests/unit/test_*.c tests/reference/test_*.c)
 # SUITES=test_api limits what is built and run to the suites named.
@@ -61,10 +66,11 @@ bench_programs := $(foreach f,$(benches),$(call program_of,$(f)))
 suite_programs := $(foreach f,$(suites),build/tests/$(basename $(notdir $(f))))
 objects = $(patsubst %.c,$(obj)/%.o,$(1))
 
-.PHONY: all demo demo-sequence test suites determinism golden strict bench specular fuzz msan figures format check-format coverage clean FORCE
+.PHONY: all bake-mpi bench-bake bench-gis demo demo-sequence test suites determinism golden strict bench specular fuzz msan figures \
+    format check-format coverage clean FORCE
 .DELETE_ON_ERROR:
 .PRECIOUS: build/setup/%
-all: $(programs)
+all: $(programs) bake-mpi
 
 # ---- objects --------------------------------------------------------------------------------------------------------
 
@@ -80,7 +86,7 @@ $(obj)/flags build/obj/config: FORCE
 	@mkdir -p $(@D)
 	@echo '$(text)' | cmp -s - $@ || echo '$(text)' > $@
 
-$(obj)/%.o: %.c $(obj)/flags | build/setup/build
+$(obj)/%.o: %.c $(obj)/flags | build/setup/build build/setup/bake
 	@mkdir -p $(@D)
 	$(call say,compile $<)
 	$(Q)$(CC) $(cflags) -MMD -MP -c $< -o $@
@@ -98,7 +104,7 @@ $(obj)/%.a:
 	@mkdir -p $(@D)
 	@rm -f $@ && ar rcs $@ $^
 
--include $(patsubst %.o,%.d,$(call objects,$(examples) $(benches) $(suites) $(common) $(reference) $(bench_common)))
+-include $(patsubst %.o,%.d,$(call objects,$(examples) examples/bake_mpi.c $(benches) $(suites) $(common) $(reference) $(bench_common)))
 
 # ---- programs -------------------------------------------------------------------------------------------------------
 
@@ -115,11 +121,21 @@ $(call objects,examples/common/raster3d.c examples/common/render.c): private cfl
 $(call objects,examples/viewer.c): | build/setup/viewer
 sdl_libs = $(if $(wildcard /usr/include/SDL2/SDL.h),-lSDL2)
 $(foreach f,$(examples),$(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/common.a,\
-  $(exr_libs) $(if $(filter examples/viewer.c,$(f)),$$(sdl_libs)))))
+  $(exr_libs) $$(raster_libs) $(if $(filter examples/viewer.c,$(f)),$$(sdl_libs)))))
 $(foreach f,$(suites),\
-  $(eval $(call program,build/tests/$(basename $(notdir $(f))),$(f),$(obj)/reference.a $(obj)/common.a,$(exr_libs) -lcmocka)))
+  $(eval $(call program,build/tests/$(basename $(notdir $(f))),$(f),$(obj)/reference.a $(obj)/common.a,$(exr_libs) $$(raster_libs) -lcmocka)))
 $(foreach f,$(benches),\
   $(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/bench.a $(obj)/reference.a $(obj)/common.a,$(exr_libs) -lembree3)))
+
+# Only where MPI is installed. Its headers are the system's: no warnings of ours in them.
+mpi_flags = $(patsubst -I%,-isystem %,$(shell mpicc --showme:compile 2>/dev/null))
+bake-mpi: $(programs) | build/setup/bake
+	@if command -v mpicc >/dev/null; then env -u MAKEFLAGS -u MFLAGS $(MAKE) --no-print-directory \
+	config='$(config)' CC='$(CC)' CFLAGS='$(CFLAGS)' V='$(V)' build/bake-mpi; \
+	else echo 'build/bake-mpi: left out, there is no mpicc'; fi
+
+$(call objects,examples/bake_mpi.c): private cflags += $(mpi_flags)
+$(eval $(call program,build/bake-mpi,examples/bake_mpi.c,$(obj)/common.a,$(exr_libs) $$(raster_libs) $$(shell mpicc --showme:link)))
 
 # ---- what to do with them -------------------------------------------------------------------------------------------
 
@@ -141,6 +157,7 @@ bench: $(bench_programs) build/lut build/tests/test_specular build/viewer build/
 	build/bench_directional $(if $(QUICK),--size 120x68 --rays 144) > build/bench/directional.txt
 	build/viewer --benchmark --threads 2 $(if $(QUICK),--frames 5) > build/bench/viewer.txt
 	$(if $(QUICK),,build/sequence build/bench/sequence > build/bench/sequence.txt)
+	build/bench_sweep $(if $(QUICK),--quick) > build/bench/sweep.txt
 	tests/bench/publish.sh $(if $(QUICK),,docs)
 	tests/bench/specular.sh $(if $(QUICK),--quick,docs)
 
@@ -148,10 +165,16 @@ bench: $(bench_programs) build/lut build/tests/test_specular build/viewer build/
 specular: build/bench_shading build/bench_specular build/lut build/tests/test_specular
 	tests/bench/specular.sh $(if $(QUICK),--quick,docs)
 
-test: $(suite_programs) $(programs) | build/setup/test
+bench-bake: build/bake build/bake_bench bake-mpi
+	tests/bench/bake.sh
+
+bench-gis: build/bake build/bake_bench | build/setup/gis
+	tests/bench/gis.sh
+
+test: $(suite_programs) $(programs) bake-mpi | build/setup/test
 	@tests/run.sh $(suite_programs) tests/determinism.sh
 
-suites: $(suite_programs) $(programs)
+suites: $(suite_programs) $(programs) bake-mpi
 	@tests/run.sh $(suite_programs)
 
 determinism: | build/setup/test

@@ -44,6 +44,7 @@
  *   1 gtao_compute: one call. gtao_frame: the next frame of a sequence, at half resolution if wanted, filtered in space
  *     and time.
  *   2 gtao_begin, gtao_prepare_rows, gtao_visibility_rows: the stages, on row ranges.
+ *     gtao_sweep_begin, gtao_sweep_run: the same by sweeping lines, at any radius, for baking.
  *   3 gtao_arc, gtao_arc_bent, gtao_noise_at, gtao_multi_bounce, ...: the formulas, for those who port them.
  *   depth, normals -> prepare (height, by noise phase) -> horizons -> integrate -> visibility, bent normals, SH
  *                  -> reduce -> prepare -> horizons -> spatial filter -> temporal filter -> upsample (docs/frames.md)
@@ -177,6 +178,12 @@ extern "C" {
     X(GTAO_ERROR_OUTPUT_SH, "sh_bands, sh_stride, sh_plane_stride: 0 (3), 2 or 3 bands, apart by multiples of 4 "      \
                             "bytes; sh: not in a frame")                                                               \
     X(GTAO_ERROR_SCRATCH, "scratch, context: null, or smaller than gtao_scratch_size()")                               \
+    X(GTAO_ERROR_SWEEP, "estimator, thin_blend, thickness, back, layers, sh, signal: not in a sweep")                  \
+    X(GTAO_ERROR_REGION, "region: must be a part of the image, or all zero")                                           \
+    X(GTAO_ERROR_HORIZONS, "horizon_stride, horizon_plane: rows or planes overlap or are misaligned")                  \
+    X(GTAO_ERROR_BEYOND, "beyond: needs an orthographic camera, an open border and a beyond_reach of 1..2^20")         \
+    X(GTAO_ERROR_BATCH, "batch: must be 0 (4) or 1..64")                                                               \
+    X(GTAO_CANCELLED, "cancelled by the progress callback")                                                            \
     X(GTAO_ERROR_MATRIX, "projection matrix: neither perspective nor orthographic")                                    \
     X(GTAO_ERROR_SIGNAL, "signal_planes: must be 0 (2), 2 or 5, planes and rows multiples of 4 bytes apart")           \
     X(GTAO_ERROR_FRAME, "frame: null pointer")                                                                         \
@@ -496,6 +503,77 @@ GTAO_API gtao_result gtao_estimate_thickness(const gtao_desc *desc, float *thick
  * normals, if any, 3 floats a pixel, go with the visibility that is taken. `n` pixels; the result replaces `all`. */
 GTAO_API void gtao_compose_layers(size_t n, const float *scene, const float *scene_bent, const uint8_t *moving,
                                   float *all, float *all_bent);
+
+/* ---- the sweep: horizons without a march, for baking ------------------------------------------------------------ */
+
+/* The integral of gtao_compute in every-pixel mode, at a cost per pixel and slice that does not grow with the radius:
+ * pixels within GTAO_SWEEP_NEAR are searched one by one, the rest of the line, to the border of the image or the
+ * radius, by the upper hull of its heights. For height maps of any kind (and any other image): read are depth, normals,
+ * mask, camera, border, radius (INFINITY: no bound), falloff, slices (0: 32; K slices are 2 K directions, slice k at
+ * pi (k + 1/2) / K on its + side), weighting and isa; ignored are steps, max_radius_px, step_power, noise and frame.
+ * The memo's estimator and thin_blend are refused.
+ *
+ *     gtao_sweep *sweep;
+ *     gtao_result result = gtao_sweep_begin(&desc, &output, &options, scratch, scratch_size, &sweep);
+ *     for (int phase = 0; phase < gtao_sweep_phases(sweep); phase++)
+ *         for (int unit = 0; unit < gtao_sweep_units(sweep, phase); unit++)     // any order, any threads
+ *             gtao_sweep_run(sweep, phase, unit, unit + 1, work_of_this_thread);
+ *
+ * All units of a phase must be done before any of the next. Results do not depend on order, threads, isa or batch. To
+ * cancel, stop calling. */
+#define GTAO_SWEEP_NEAR 4 /* pixels along the slice's longer axis */
+
+/* What lies beyond the image on one line, so that a map larger than memory can be swept in tiles: the line leaves the
+ * image at (x, y), in pixels with centres at +0.5, in the unit direction (dx, dy). Writes up to `capacity` points,
+ * farthest first: distance_px from (x, y), at least 1 and at most beyond_reach, and depth in desc.depth's kind and units.
+ * Returns how many. Called on whatever thread sweeps the line. A point that stands for a stretch of s pixels at d pixels
+ * from a receiver, with heights within v pixels of its own, puts the cotangent of a horizon off by no more than
+ * v / d + |cot h| s / d. */
+typedef int (*gtao_beyond)(void *user, double x, double y, double dx, double dy, int capacity, float *distance_px,
+                           float *depth);
+#define GTAO_BEYOND_CAPACITY 256
+
+/* What only the sweep takes; zero-initialise. */
+typedef struct gtao_sweep_options {
+    int region
+        [4]; /* x0, y0, x1, y1: pixels [x0, x1) x [y0, y1) are wanted; others are not written (they still occlude).
+                    * All zero: the whole image */
+    float *horizons;          /* null, or horizon maps: 2 * slices planes, + side of slice k at 2k, - side at 2k + 1.
+                               * Angle in radians from the view vector to the horizon, clamped to the normal's hemisphere:
+                               * light from angle h in that direction arrives if h is smaller */
+    ptrdiff_t horizon_stride; /* bytes from row to row, 0: tightly packed */
+    ptrdiff_t horizon_plane;  /* bytes from plane to plane, 0: tightly packed */
+    gtao_beyond beyond;       /* null: nothing; else orthographic with an open border */
+    void *beyond_user;
+    int beyond_reach; /* pixels, 1..2^20; memory: 8 bytes each */
+    int batch;        /* slices held in memory at a time, 1..64; 0: 4. Costs 8 bytes a pixel each */
+} gtao_sweep_options;
+
+/* Lives inside the scratch buffer. */
+typedef struct gtao_sweep gtao_sweep;
+
+/* Bytes of scratch, and of work memory for each thread; 0 if a description is invalid. options may be null. */
+GTAO_API size_t gtao_sweep_scratch_size(const gtao_desc *desc, const gtao_output *output,
+                                        const gtao_sweep_options *options);
+GTAO_API size_t gtao_sweep_work_size(const gtao_desc *desc, const gtao_sweep_options *options);
+
+/* output may be null if horizon maps are wanted only. The caller's buffers are read and written until the last phase. */
+GTAO_API gtao_result gtao_sweep_begin(const gtao_desc *desc, const gtao_output *output,
+                                      const gtao_sweep_options *options, void *scratch, size_t scratch_size,
+                                      gtao_sweep **sweep);
+GTAO_API int gtao_sweep_phases(const gtao_sweep *sweep);
+GTAO_API int gtao_sweep_units(const gtao_sweep *sweep, int phase);
+/* Units [unit_begin, unit_end) of a phase; `work` is gtao_sweep_work_size bytes that no other thread uses meanwhile. */
+GTAO_API void gtao_sweep_run(const gtao_sweep *sweep, int phase, int unit_begin, int unit_end, void *work);
+
+/* Called now and then with the fraction done, 0..1; nonzero cancels. */
+typedef int (*gtao_progress)(void *user, double done);
+
+/* All of it on one thread; scratch as above with the work memory added: gtao_sweep_scratch_size + gtao_sweep_work_size.
+ * GTAO_CANCELLED if the callback (may be null) says so: outputs are then incomplete. */
+GTAO_API gtao_result gtao_sweep_compute(const gtao_desc *desc, const gtao_output *output,
+                                        const gtao_sweep_options *options, void *scratch, size_t scratch_size,
+                                        gtao_progress progress, void *user);
 
 /* ---- level 3: the formulas -------------------------------------------------------------------------------------- */
 
@@ -1216,6 +1294,9 @@ struct gtao_context {
     int *count;                      /* [period^2][slices][classes] */
     float *noise;                    /* per-pixel noise: [64][64 + GTAOI_LANES][2 planes] */
     float *step;                     /* per-pixel noise: ((j + offset) / steps)^power, [steps][64 offsets] */
+    int slice_begin, slice_end;      /* the slices of this pass over the rows: all of them, or a sweep's batch */
+    int x_begin, x_end;              /* columns that are wanted */
+    const struct gtaoi_pass *pass;   /* of a sweep; null: none */
 };
 
 typedef struct gtaoi_layout {
@@ -1745,7 +1826,8 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
         c->o.signal_plane_stride = c->o.signal_stride * desc->height;
     c->signal = !output->signal ? 0 : output->signal_planes ? output->signal_planes : 2;
 
-    c->every_pixel = l.every_pixel, c->slices = l.slices, c->max_steps = l.max_steps;
+    c->every_pixel = l.every_pixel, c->slices = c->slice_end = l.slices, c->max_steps = l.max_steps;
+    c->x_end = desc->width;
     c->per_pixel_noise = l.per_pixel_noise, c->period = l.period;
     c->classes = l.classes, c->class_base = l.class_base;
     c->extent_min = l.extent_min, c->extent_max = l.extent_max;
@@ -1961,6 +2043,29 @@ static float gtaoi_ry2(const gtao_context *c, int y) {
     GTAOI_NO_CONTRACT
     float ry = gtaoi_clamp(((float)y + 0.5f - c->cy) * c->by1, -GTAOI_RAY_LIMIT, GTAOI_RAY_LIMIT);
     return ry * ry + 1.0f;
+}
+
+/* Index of the lowest and of the highest bit; m is not 0. */
+GTAOI_INLINE int gtaoi_lowest(unsigned m) {
+#if defined(__GNUC__) || defined(__clang__)
+    return __builtin_ctz(m);
+#else
+    int i = 0;
+    while (!(m >> i & 1))
+        i++;
+    return i;
+#endif
+}
+
+GTAOI_INLINE int gtaoi_highest(unsigned m) {
+#if defined(__GNUC__) || defined(__clang__)
+    return 31 - __builtin_clz(m);
+#else
+    int i = 31;
+    while (!(m >> i & 1))
+        i--;
+    return i;
+#endif
 }
 
 GTAOI_INLINE int gtaoi_popcount(unsigned m) { /* of 16 bits */
@@ -2245,6 +2350,222 @@ static void gtaoi_judge_tiles(const gtao_frame_context *f, int ty0, int ty1) {
             f->still[at] = (uint16_t)(quiet ? gtaoi_imin(f->still[at] + 1, 65535) : 0);
             f->rest[at] = (uint8_t)(f->temporal && f->still[at] > GTAOI_AT_REST);
         }
+}
+
+/* ---- the sweep: plan -------------------------------------------------------------------------------------------- */
+
+#define GTAOI_TILE 16   /* lines in a group and columns in a tile, whatever the width: part of the results */
+#define GTAOI_LAG 8     /* a sample is compared with its neighbours so far off before it becomes a vertex */
+#define GTAOI_BLOCK 8   /* tiles whose highest sample tells at once whether one of them matters */
+#define GTAOI_MARGIN 64 /* positions of sky before and after each line */
+
+/* What one pass of a sweep over the rows reads and writes. */
+typedef struct gtaoi_pass {
+    float *tilt_x, *tilt_y; /* first pass: gradients, at row 0 and column 0; else null */
+    ptrdiff_t tilt_pitch;
+    const float *beyond; /* far horizons: planes of both sides of the slices from slice_begin on, height per column */
+    ptrdiff_t beyond_pitch;
+    size_t beyond_plane;
+    float *sums; /* [row][block][field][pixel] */
+    size_t sums_row;
+    int fields;
+    const gtao_sweep_options *options; /* horizon maps */
+} gtaoi_pass;
+
+/* How a slice is cut into lines: line l passes column i of the longer axis at l + slope i + phase. */
+typedef struct gtaoi_cut {
+    int x_major, n_major, n_minor;
+    double slope, phase;
+    int line_begin, groups;
+    int ascending; /* the columns, along the slice */
+} gtaoi_cut;
+
+struct gtao_sweep {
+    gtao_context *c; /* searches the near pixels and integrates */
+    gtao_sweep_options o;
+    int batch, bands, y_begin, y_end;
+    int lead;      /* columns beyond the border that occlude, if it is not open */
+    float *turned; /* the height buffer with rows and columns swapped, at pixel (0, 0) */
+    ptrdiff_t turned_pitch;
+    float *tilt[2][2]; /* gradients of the tangent planes along [x, y], laid out as the height buffer and as `turned`;
+                        * only if the radius is finite */
+    float *beyond;
+    ptrdiff_t beyond_pitch;
+    size_t beyond_plane;
+    float *sums;
+    size_t sums_row;
+    int fields;
+    float *inverse; /* 1 / k */
+};
+
+typedef struct gtaoi_sweep_layout {
+    int batch, fields, longest, lead, seeds, farthest;
+    ptrdiff_t pitch, turned_pitch, beyond_pitch;
+    uint64_t sweep, turned, tilt[2][2], beyond, sums, inverse, total; /* byte offsets */
+    uint64_t work;                                                    /* bytes */
+} gtaoi_sweep_layout;
+
+/* Of an upper hull: position, height, and slope from the vertex before. */
+typedef struct gtaoi_vertex {
+    float w, across, slope; /* across: gradient of the heights across the line */
+    int32_t t;
+} gtaoi_vertex;
+
+/* One group of lines on its way. */
+typedef struct gtaoi_lines {
+    const gtao_context *c;
+    const float *plane;                    /* heights, minor axis contiguous, at (0, 0) */
+    const float *tilt_along, *tilt_across; /* gradients of the tangent planes, likewise */
+    ptrdiff_t pitch;
+    int n_major, n_minor, x_major;
+    double slope, phase;
+    int line;                 /* the first */
+    int first;                /* column of position 0 */
+    int begin, end;           /* positions of receivers */
+    int count, tiles;         /* positions */
+    int backward[2];          /* whether the + and - sides look towards the greater columns */
+    int want_begin, want_end; /* along the minor axis */
+    float *beyond;
+    ptrdiff_t beyond_pitch;
+    size_t beyond_plane;
+    const float *inverse; /* 1 / |k|, k also negative */
+    ptrdiff_t length;     /* of a line's part of the buffers */
+    float *strip;         /* heights on the lines, [line][position] */
+    float *across;        /* their gradients across the lines */
+    float *base;          /* heights of the receivers, the pixels nearest to the lines */
+    float *aside;         /* how far a line passes from its receivers, [position] */
+    gtaoi_vertex *vertex; /* upper hulls, [line][room] */
+    ptrdiff_t room;
+    const gtao_sweep_options *options;
+    int *minor;           /* pixel of the first line at each position */
+    uint16_t *above;      /* [line][tile]: samples that may be vertices */
+    float *ahead;         /* slopes of the tangent planes along the lines, [line][position] */
+    float *highest;       /* [line][tile] */
+    float *highest_block; /* [line][block] */
+    const gtaoi_slice *slice;
+    int depth[GTAOI_TILE]; /* last vertex */
+} gtaoi_lines;
+
+/* A vertex at the end of an upper hull, whose slopes fall; returns where it is. */
+GTAOI_INLINE gtaoi_vertex *gtaoi_push_vertex(gtaoi_vertex *top, const float *inverse, int t, float w, float across) {
+    GTAOI_NO_CONTRACT
+    float slope = (w - top->w) * inverse[t - top->t];
+    while (slope >= top->slope)
+        top--, slope = (w - top->w) * inverse[t - top->t];
+    top++;
+    top->w = w, top->across = across, top->slope = slope, top->t = t;
+    return top;
+}
+
+/* Height of a depth, orthographic. */
+static float gtaoi_line_height(const gtao_context *c, float depth) {
+    GTAOI_NO_CONTRACT
+    float w = depth * c->w_scale;
+    int visible = gtaoi_finite(depth);
+    if (c->d.depth_kind == GTAO_DEPTH_DEVICE)
+        w += c->w_bias, visible = c->w_far < w && w < FLT_MAX;
+    else if (c->d.depth_kind != GTAO_DEPTH_HEIGHT)
+        visible = depth > 0.0f && depth < c->z_sky;
+    return visible ? gtaoi_clamp(w, -GTAOI_ORTHO_LIMIT, GTAOI_ORTHO_LIMIT) : GTAOI_SKY;
+}
+
+/* Further vertices, the bits of 16 samples from `at` on, at the end of a line's upper hull, whose slopes fall. The first
+ * two stand so low that they are never taken nor seen. */
+static void gtaoi_push_vertices(gtaoi_lines *l, int line, int at, unsigned bits, int backward) {
+    GTAOI_NO_CONTRACT
+    gtaoi_vertex *first = l->vertex + (ptrdiff_t)line * l->room, *top = first + l->depth[line];
+    const float *w = l->strip + (ptrdiff_t)line * l->length + at, *across = w + (l->across - l->strip);
+    while (bits) {
+        int k = backward ? gtaoi_highest(bits) : gtaoi_lowest(bits);
+        top = gtaoi_push_vertex(top, l->inverse, at + k, w[k], across[k]);
+        bits ^= 1u << k;
+    }
+    l->depth[line] = (int)(top - first);
+}
+
+/* What the caller knows beyond the image, at whole columns: the first vertices. */
+static void gtaoi_seed_vertices(gtaoi_lines *l, int line, int backward) {
+    GTAOI_NO_CONTRACT
+    float distance[GTAO_BEYOND_CAPACITY], depth[GTAO_BEYOND_CAPACITY];
+    gtaoi_vertex *first = l->vertex + (ptrdiff_t)line * l->room, *top = first + l->depth[line];
+    int p = backward ? l->count - 1 : 0, step = backward ? -1 : 1, last, n, i;
+    double unit = 1.0 / sqrt(1.0 + l->slope * l->slope), x, y, dx = (double)-step * unit, dy = dx * l->slope;
+    while (p >= 0 && p < l->count && (l->minor[p] + line < 0 || l->minor[p] + line >= l->n_minor))
+        p += step;
+    if (p < 0 || p >= l->count)
+        return;
+    x = (double)(l->first + p), y = (double)(l->line + line) + l->slope * x + l->phase;
+    x += 0.5, y += 0.5;
+    if (l->x_major)
+        n = l->options->beyond(l->options->beyond_user, x, y, dx, dy, GTAO_BEYOND_CAPACITY, distance, depth);
+    else
+        n = l->options->beyond(l->options->beyond_user, y, x, dy, dx, GTAO_BEYOND_CAPACITY, distance, depth);
+    last = l->options->beyond_reach + 1;
+    for (i = 0; i < gtaoi_imin(n, GTAO_BEYOND_CAPACITY); i++) {
+        float w = gtaoi_line_height(l->c, depth[i]);
+        int t;
+        if (!(distance[i] >= 0.0f && distance[i] <= (float)l->options->beyond_reach) || w < GTAOI_SKY_LIMIT)
+            continue;
+        t = gtaoi_imax((int)((double)distance[i] * unit + 0.5), 1);
+        if (t >= last) { /* two at one column: the higher one */
+            if (t > last || w <= top->w)
+                continue;
+            top--;
+        }
+        last = t;
+        top = gtaoi_push_vertex(top, l->inverse, p - step * t, w, 0.0f);
+    }
+    l->depth[line] = (int)(top - first);
+}
+
+/* Empty hulls, and sky around the lines. */
+static void gtaoi_sweep_start(gtaoi_lines *l, int backward) {
+    int i;
+    for (i = 0; i < GTAOI_TILE; i++) {
+        gtaoi_vertex *v = l->vertex + i * l->room;
+        float *strip = l->strip + i * l->length;
+        gtaoi_fill_sky(strip - GTAOI_MARGIN, GTAOI_MARGIN);
+        gtaoi_fill_sky(strip + l->tiles * GTAOI_TILE, GTAOI_MARGIN);
+        strip = l->across + i * l->length;
+        memset(strip - GTAOI_MARGIN, 0, GTAOI_MARGIN * sizeof(float));
+        memset(strip + l->tiles * GTAOI_TILE, 0, GTAOI_MARGIN * sizeof(float));
+        v->w = GTAOI_SKY, v->across = 0.0f, v->slope = FLT_MAX;
+        v->t = backward ? l->tiles * GTAOI_TILE + GTAOI_MARGIN : -GTAOI_MARGIN;
+        v[1] = v[0];
+        l->depth[i] = 1;
+    }
+}
+
+/* Far horizons of a tile to their plane: found[line][position]; turned[position][line] if the lines go along y. */
+static void gtaoi_sweep_store(const gtaoi_lines *l, int side, int tile, const float *found) {
+    int wrap = l->c->d.border == GTAO_BORDER_WRAP, n = wrap ? gtaoi_imin(l->n_minor - l->line, GTAOI_TILE) : GTAOI_TILE;
+    int u, k, at = tile * GTAOI_TILE, whole = n == GTAOI_TILE && at >= l->begin && at + GTAOI_TILE <= l->end;
+    ptrdiff_t offset[GTAOI_TILE], along = l->x_major ? l->beyond_pitch : 1, across = l->x_major ? 1 : l->beyond_pitch;
+    float *to = l->beyond + (size_t)side * l->beyond_plane;
+    const int *minor = l->minor + at;
+    for (u = 0; u < GTAOI_TILE; u++) {
+        whole &= minor[u] >= l->want_begin && minor[u] + GTAOI_TILE <= l->want_end;
+        offset[u] = minor[u] * along + (l->first + at + u) * across;
+    }
+    if (whole && l->x_major) {
+        for (k = 0; k < GTAOI_TILE; k++, to += along, found += GTAOI_TILE)
+            for (u = 0; u < GTAOI_TILE; u++)
+                to[offset[u]] = found[u];
+        return;
+    }
+    for (u = 0; u < GTAOI_TILE; u++) {
+        const float *from = found + (l->x_major ? u : u * GTAOI_TILE);
+        if (whole) {
+            memcpy(to + offset[u], from, GTAOI_TILE * sizeof(float));
+            continue;
+        }
+        for (k = 0; at + u >= l->begin && at + u < l->end && k < n; k++) {
+            int y = minor[u] + k;
+            y = wrap ? gtaoi_wrap(y, l->n_minor) : y;
+            if (y >= l->want_begin && y < l->want_end)
+                to[y * along + (l->first + at + u) * across] = from[l->x_major ? k * GTAOI_TILE : k];
+        }
+    }
 }
 
 /* ---- one table of operations per width, and the self-inclusions ------------------------------------------------- */
@@ -2767,6 +3088,381 @@ GTAO_API const float *gtao_frame_plane(const gtao_frame_context *context, gtao_p
     planes[GTAO_PLANE_LENGTH] = f->temporal ? f->history_now + GTAOI_HISTORY_LENGTH * f->plane : 0;
     *width = f->width, *height = f->height, *stride = f->pitch * 4;
     return (unsigned)plane <= GTAO_PLANE_LENGTH ? planes[plane] : 0;
+}
+
+/* ---- the sweep: stages ------------------------------------------------------------------------------------------ */
+
+/* The description that the near pixels are searched with. */
+static gtao_desc gtaoi_near_desc(const gtao_desc *desc) {
+    gtao_desc d = *desc;
+    d.every_pixel = 1;
+    d.max_radius_px = GTAO_SWEEP_NEAR + GTAO_SWEEP_NEAR / 2; /* along the diagonal, too */
+    d.noise = GTAO_NOISE_NONE;
+    if (d.slices == 0)
+        d.slices = 32;
+    return d;
+}
+
+static gtao_result gtaoi_check_sweep(const gtao_desc *d, const gtao_output *o, const gtao_sweep_options *s) {
+    gtao_result result = gtaoi_check_desc(d);
+    if (result != GTAO_OK)
+        return result;
+    if (d->estimator == GTAO_ESTIMATOR_MEMO || d->thin_blend > 0.0f || d->thickness > 0.0f || d->thickness_map ||
+        d->back || d->layer_count > 0 || (o && (o->sh || o->signal)))
+        return GTAO_ERROR_SWEEP;
+    if (!(s && s->horizons && !o))
+        result = gtaoi_check_output(d, o);
+    if (result != GTAO_OK || !s)
+        return result;
+    if (s->region[0] || s->region[1] || s->region[2] || s->region[3]) {
+        if (s->region[0] < 0 || s->region[1] < 0 || s->region[2] <= s->region[0] || s->region[3] <= s->region[1] ||
+            s->region[2] > d->width || s->region[3] > d->height)
+            return GTAO_ERROR_REGION;
+    }
+    if (s->horizons) {
+        ptrdiff_t rows = s->horizon_stride ? s->horizon_stride : (ptrdiff_t)d->width * 4;
+        ptrdiff_t plane = s->horizon_plane < 0 ? -s->horizon_plane : s->horizon_plane;
+        rows = (rows < 0 ? -rows : rows) * (d->height - 1) + (ptrdiff_t)d->width * 4;
+        if (!gtaoi_stride_ok(s->horizon_stride, d->width * 4, 4) || plane % 4 != 0 || (plane && plane < rows))
+            return GTAO_ERROR_HORIZONS;
+    }
+    if (s->beyond && (d->border != GTAO_BORDER_OPEN || d->camera.projection != GTAO_ORTHOGRAPHIC ||
+                      s->beyond_reach < 1 || s->beyond_reach > 1048576))
+        return GTAO_ERROR_BEYOND;
+    if (s->batch < 0 || s->batch > 64)
+        return GTAO_ERROR_BATCH;
+    return GTAO_OK;
+}
+
+static uint64_t gtaoi_align64(uint64_t x) {
+    return (x + 63) / 64 * 64;
+}
+
+static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gtao_sweep_options *s,
+                             gtaoi_sweep_layout *l) {
+    gtao_desc near_desc = gtaoi_near_desc(d);
+    gtaoi_layout n;
+    int diagonal = (int)sqrt((double)d->width * (double)d->width + (double)d->height * (double)d->height) + 1;
+    uint64_t w = (uint64_t)d->width, h = (uint64_t)d->height;
+    gtaoi_plan(&near_desc, &n);
+    memset(l, 0, sizeof *l);
+    l->batch = gtaoi_imin(s && s->batch ? s->batch : 4, near_desc.slices);
+    l->fields = o && (o->bent_normals || o->packed) ? 8 : 2;
+    l->lead = d->border == GTAO_BORDER_OPEN ? 0 : diagonal;
+    if (l->lead && d->camera.projection == GTAO_ORTHOGRAPHIC) {
+        float reach = d->radius / gtaoi_min(d->camera.sx, gtaoi_sy(&d->camera)) + 1.0f;
+        if (reach < (float)l->lead)
+            l->lead = (int)reach;
+    }
+    l->longest = gtaoi_imax(d->width, d->height) + 2 * l->lead;
+    l->pitch = n.pitch;
+    l->turned_pitch = (d->height + 2 * GTAOI_PAD + GTAOI_LANES + 15) & ~15;
+    if (l->turned_pitch % 1024 == 0)
+        l->turned_pitch += 16;
+    l->beyond_pitch = (d->width + 63) & ~63;
+    if (l->beyond_pitch % 1024 == 0)
+        l->beyond_pitch += 16;
+    l->sweep = gtaoi_align64(n.total);
+    l->turned = l->sweep + gtaoi_align64(sizeof(struct gtao_sweep));
+    l->beyond = l->turned + gtaoi_align64(w * (uint64_t)l->turned_pitch * 4);
+    if (d->radius < 1e30f) {
+        int i;
+        for (i = 0; i < 4; i++) {
+            l->tilt[i / 2][i % 2] = l->beyond;
+            l->beyond += gtaoi_align64((i % 2 ? w * (uint64_t)l->turned_pitch : h * (uint64_t)l->pitch) * 4);
+        }
+    }
+    l->sums = l->beyond + gtaoi_align64(2 * (uint64_t)l->batch * h * (uint64_t)l->beyond_pitch * 4);
+    l->inverse = l->sums;
+    if (l->batch < near_desc.slices)
+        l->inverse += gtaoi_align64(h * (uint64_t)l->fields * ((w + 63) / 64 * 64) * 4);
+    l->seeds = s && s->beyond ? GTAO_BEYOND_CAPACITY : 0;
+    l->farthest = l->longest + (s && s->beyond ? s->beyond_reach : 0) + 2 * GTAOI_MARGIN;
+    l->total = l->inverse + (2 * (uint64_t)l->farthest + 1) * 4 + 63;
+    /* a group of lines: heights, tangent planes and hulls; or the gradients of a band of rows */
+    l->work = ((uint64_t)GTAOI_TILE * 32 + 24) * ((uint64_t)l->longest + GTAOI_TILE + 2 * GTAOI_MARGIN) +
+              (uint64_t)GTAOI_TILE * sizeof(gtaoi_vertex) * (uint64_t)l->seeds;
+    if (l->work < (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4)
+        l->work = (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4;
+    l->work = gtaoi_align64(l->work) + 63;
+}
+
+GTAO_API size_t gtao_sweep_scratch_size(const gtao_desc *desc, const gtao_output *output,
+                                        const gtao_sweep_options *options) {
+    gtaoi_sweep_layout l;
+    if (gtaoi_check_sweep(desc, output, options) != GTAO_OK)
+        return 0;
+    gtaoi_plan_sweep(desc, output, options, &l);
+    return l.total <= SIZE_MAX ? (size_t)l.total : 0;
+}
+
+GTAO_API size_t gtao_sweep_work_size(const gtao_desc *desc, const gtao_sweep_options *options) {
+    gtaoi_sweep_layout l;
+    if (gtaoi_check_desc(desc) != GTAO_OK)
+        return 0;
+    gtaoi_plan_sweep(desc, 0, options, &l);
+    return l.work <= SIZE_MAX ? (size_t)l.work : 0;
+}
+
+GTAO_API gtao_result gtao_sweep_begin(const gtao_desc *desc, const gtao_output *output,
+                                      const gtao_sweep_options *options, void *scratch, size_t scratch_size,
+                                      gtao_sweep **sweep) {
+    gtao_result result = gtaoi_check_sweep(desc, output, options);
+    gtao_output none;
+    gtao_desc near_desc;
+    gtaoi_sweep_layout l;
+    gtao_context *c;
+    gtao_sweep *s;
+    char *base;
+    size_t i;
+    if (result != GTAO_OK)
+        return result;
+    gtaoi_plan_sweep(desc, output, options, &l);
+    if (!scratch || scratch_size < l.total || !sweep)
+        return GTAO_ERROR_SCRATCH;
+    memset(&none, 0, sizeof none);
+    none.visibility = scratch;
+    near_desc = gtaoi_near_desc(desc);
+    result = gtao_begin(&near_desc, output ? output : &none, scratch, scratch_size, &c);
+    if (result != GTAO_OK)
+        return result;
+    base = (char *)c;
+    s = (gtao_sweep *)(void *)(base + l.sweep);
+    memset(s, 0, sizeof *s);
+    *sweep = s;
+    s->c = c;
+    if (!output)
+        c->o.visibility = 0;
+    if (options)
+        s->o = *options;
+    if (s->o.region[2] == 0)
+        s->o.region[2] = desc->width, s->o.region[3] = desc->height;
+    if (s->o.horizon_stride == 0)
+        s->o.horizon_stride = (ptrdiff_t)desc->width * 4;
+    if (s->o.horizon_plane == 0)
+        s->o.horizon_plane = (s->o.horizon_stride < 0 ? -s->o.horizon_stride : s->o.horizon_stride) * desc->height;
+    c->x_begin = s->o.region[0], c->x_end = s->o.region[2];
+    for (i = 0; i < (size_t)c->period * (size_t)c->period * (size_t)c->slices * (size_t)c->classes; i++)
+        c->count[i] = gtaoi_imin(c->count[i], GTAO_SWEEP_NEAR);
+    s->batch = l.batch, s->fields = l.fields, s->lead = l.lead;
+    s->y_begin = s->o.region[1], s->y_end = s->o.region[3];
+    s->bands = (desc->height + GTAOI_TILE - 1) / GTAOI_TILE;
+    s->turned_pitch = l.turned_pitch, s->beyond_pitch = l.beyond_pitch;
+    s->turned = (float *)(void *)(base + l.turned) + GTAOI_PAD;
+    for (i = 0; i < 4 && c->bounded; i++)
+        s->tilt[i / 2][i % 2] = (float *)(void *)(base + l.tilt[i / 2][i % 2]) + GTAOI_PAD;
+    s->beyond = (float *)(void *)(base + l.beyond);
+    s->beyond_plane = (size_t)desc->height * (size_t)l.beyond_pitch;
+    s->sums = (float *)(void *)(base + l.sums);
+    s->sums_row = (size_t)((desc->width + 63) & ~63) * (size_t)l.fields;
+    s->inverse = (float *)(void *)(base + l.inverse) + l.farthest;
+    s->inverse[0] = 0.0f;
+    for (i = 1; i <= (size_t)l.farthest; i++)
+        s->inverse[i] = s->inverse[-(ptrdiff_t)i] = (float)(1.0 / (double)i);
+    return GTAO_OK;
+}
+
+/* Phases: heights; gradients and the turned buffers; then, for every batch of slices, lines and rows. */
+GTAO_API int gtao_sweep_phases(const gtao_sweep *sweep) {
+    return 2 + 2 * ((sweep->c->slices + sweep->batch - 1) / sweep->batch);
+}
+
+static gtaoi_cut gtaoi_cut_slice(const gtao_sweep *s, int k) {
+    GTAOI_NO_CONTRACT
+    const gtao_context *c = s->c;
+    gtaoi_cut cut;
+    double dx, dy, low, high, golden = ((double)k + 1.0) * 0.61803398874989485;
+    gtaoi_sincospi(((double)k + 0.5) / (double)c->slices, &dy, &dx);
+    cut.x_major = (dx < 0.0 ? -dx : dx) >= (dy < 0.0 ? -dy : dy);
+    cut.n_major = cut.x_major ? c->d.width : c->d.height;
+    cut.n_minor = cut.x_major ? c->d.height : c->d.width;
+    cut.slope = cut.x_major ? dy / dx : dx / dy;
+    cut.phase = golden - (double)(int)golden; /* so that the lines of different slices pass the pixels differently */
+    cut.ascending = (cut.x_major ? dx : dy) > 0.0;
+    low = cut.slope * (double)(cut.n_major - 1), high = low > 0.0 ? low : 0.0;
+    low = low < 0.0 ? low : 0.0;
+    cut.line_begin = 0, cut.groups = (cut.n_minor + GTAOI_TILE - 1) / GTAOI_TILE;
+    if (c->d.border != GTAO_BORDER_WRAP) {
+        cut.line_begin = -(int)high - 2;
+        cut.groups = (cut.n_minor + 1 - (int)low - cut.line_begin + GTAOI_TILE) / GTAOI_TILE;
+    }
+    return cut;
+}
+
+static int gtaoi_batch_end(const gtao_sweep *s, int phase) {
+    return gtaoi_imin((phase / 2) * s->batch, s->c->slices);
+}
+
+GTAO_API int gtao_sweep_units(const gtao_sweep *sweep, int phase) {
+    int k, units = 0;
+    if (phase < 0 || phase >= gtao_sweep_phases(sweep))
+        return 0;
+    if (phase < 2)
+        return sweep->bands;
+    if (phase & 1)
+        return (sweep->y_end - sweep->y_begin + GTAOI_TILE - 1) / GTAOI_TILE;
+    for (k = (phase / 2 - 1) * sweep->batch; k < gtaoi_batch_end(sweep, phase); k++)
+        units += gtaoi_cut_slice(sweep, k).groups;
+    return units;
+}
+
+/* The turned height buffer's share of a band of rows; if the radius is finite, the gradients there. */
+static void gtaoi_sweep_turn(const gtao_sweep *s, int band, float *work) {
+    gtao_context c = *s->c;
+    gtaoi_pass pass;
+    int w = c.d.width, h = c.d.height, y0 = band * GTAOI_TILE, y1 = gtaoi_imin(y0 + GTAOI_TILE, h), x, y, i;
+    for (y = y0 == 0 ? -GTAOI_PAD : y0; y < (y1 == h ? (int)s->turned_pitch - GTAOI_PAD : y1); y++) {
+        const float *heights = gtaoi_row(&c, y) + GTAOI_PAD;
+        for (x = 0; x < w; x++)
+            s->turned[(ptrdiff_t)x * s->turned_pitch + y] = heights[x];
+    }
+    for (i = 0; i < 2 * s->batch; i++) /* what is read past the rows' ends */
+        for (y = y0; y < y1; y++)
+            for (x = w; x < s->beyond_pitch; x++)
+                s->beyond[(size_t)i * s->beyond_plane + (size_t)((ptrdiff_t)y * s->beyond_pitch + x)] = 0.0f;
+    if (!c.bounded)
+        return;
+    (void)work;
+    for (i = 0; i < 2; i++)
+        for (y = y0; y < y1; y++)
+            memset(s->tilt[i][0] + (ptrdiff_t)y * c.pitch - GTAOI_PAD, 0, (size_t)c.pitch * sizeof(float));
+    memset(&pass, 0, sizeof pass);
+    pass.tilt_x = s->tilt[0][0], pass.tilt_y = s->tilt[1][0];
+    pass.tilt_pitch = c.pitch;
+    c.pass = &pass, c.x_begin = 0, c.x_end = w;
+    gtao_visibility_rows(&c, y0, y1, 0);
+    for (i = 0; i < 2; i++)
+        for (y = y0 == 0 ? -GTAOI_PAD : y0; y < (y1 == h ? (int)s->turned_pitch - GTAOI_PAD : y1); y++)
+            for (x = 0; x < w; x++)
+                s->tilt[i][1][(ptrdiff_t)x * s->turned_pitch + y] =
+                    y >= 0 && y < h ? s->tilt[i][0][(ptrdiff_t)y * c.pitch + x] : 0.0f;
+}
+
+/* First and last + 1 column at which a group of lines is over the image, give or take one. */
+static void gtaoi_sweep_span(const gtaoi_cut *cut, int line, int *begin, int *end) {
+    GTAOI_NO_CONTRACT
+    /* -GTAOI_TILE - 1 < line + slope i + phase < n_minor */
+    double low = (double)(-GTAOI_TILE - 1 - line) - cut->phase, high = (double)(cut->n_minor - line) - cut->phase;
+    double n = (double)cut->n_major;
+    *begin = 0, *end = cut->n_major;
+    if (cut->slope < 0.0) {
+        double swap = -low;
+        low = -high, high = swap;
+    }
+    if (cut->slope == 0.0) {
+        if (low >= 0.0 || high <= 0.0)
+            *end = 0;
+        return;
+    }
+    low /= cut->slope < 0.0 ? -cut->slope : cut->slope;
+    high /= cut->slope < 0.0 ? -cut->slope : cut->slope;
+    *begin = low <= 0.0 ? 0 : low >= n ? cut->n_major : (int)low;
+    *end = high >= n ? cut->n_major : high <= 0.0 ? 0 : gtaoi_imin((int)high + 1, cut->n_major);
+}
+
+static void gtaoi_sweep_group(const gtao_sweep *s, int k, int group, int plane, void *work) {
+    const gtao_context *c = s->c;
+    gtaoi_cut cut = gtaoi_cut_slice(s, k);
+    gtaoi_lines l;
+    int begin = 0, end = cut.n_major, i;
+    memset(&l, 0, sizeof l);
+    l.c = c;
+    l.x_major = cut.x_major, l.n_major = cut.n_major, l.n_minor = cut.n_minor;
+    l.plane = cut.x_major ? s->turned : c->w + GTAOI_PAD;
+    l.tilt_along = s->tilt[!cut.x_major][cut.x_major], l.tilt_across = s->tilt[cut.x_major][cut.x_major];
+    l.slice = c->slice + k;
+    l.pitch = cut.x_major ? s->turned_pitch : c->pitch;
+    l.slope = cut.slope, l.phase = cut.phase;
+    l.line = cut.line_begin + group * GTAOI_TILE;
+    if (c->d.border != GTAO_BORDER_WRAP)
+        gtaoi_sweep_span(&cut, l.line, &begin, &end);
+    if (begin >= end)
+        return;
+    /* Rows that are not wanted need no line, columns that are not wanted no receivers. */
+    l.begin = s->lead, l.end = end - begin + s->lead, l.count = l.end + s->lead;
+    l.first = begin - s->lead;
+    l.tiles = (l.count + GTAOI_TILE - 1) / GTAOI_TILE;
+    l.backward[0] = cut.ascending, l.backward[1] = !cut.ascending;
+    i = cut.x_major ? 0 : 1;
+    l.begin = gtaoi_imax(l.begin, s->o.region[i] - l.first), l.end = gtaoi_imin(l.end, s->o.region[i + 2] - l.first);
+    l.want_begin = s->o.region[1 - i], l.want_end = s->o.region[3 - i];
+    l.beyond = s->beyond + (size_t)plane * s->beyond_plane;
+    l.beyond_pitch = s->beyond_pitch, l.beyond_plane = s->beyond_plane;
+    l.inverse = s->inverse;
+    l.length = l.tiles * GTAOI_TILE + 2 * GTAOI_MARGIN;
+    l.strip = (float *)work + GTAOI_MARGIN;
+    l.across = l.strip + GTAOI_TILE * l.length;
+    l.base = l.across + GTAOI_TILE * l.length;
+    l.vertex = (gtaoi_vertex *)(void *)((float *)work + 3 * GTAOI_TILE * l.length);
+    l.room = l.length + (s->o.beyond ? GTAO_BEYOND_CAPACITY : 0);
+    l.options = &s->o;
+    l.minor = (int *)(void *)(l.vertex + GTAOI_TILE * l.room);
+    l.ahead = (float *)(void *)(l.minor + l.length);
+    l.highest = l.ahead + GTAOI_TILE * l.length;
+    l.highest_block = l.highest + l.length;
+    l.aside = l.highest_block + l.length;
+    l.above = (uint16_t *)(void *)(l.aside + l.length);
+    memset(l.above, 0, GTAOI_TILE * (size_t)(l.tiles + 4) * sizeof(uint16_t));
+    gtaoi_sweep_start(&l, 0);
+    GTAOI_DISPATCH(c->d.isa, gtaoi_sweep_lines, (&l));
+}
+
+GTAO_API void gtao_sweep_run(const gtao_sweep *sweep, int phase, int unit_begin, int unit_end, void *work) {
+    int unit, k, first = (phase / 2 - 1) * sweep->batch;
+    if (phase < 0 || phase >= gtao_sweep_phases(sweep))
+        return;
+    work = (char *)work + ((64 - ((uintptr_t)work & 63)) & 63);
+    unit_begin = gtaoi_imax(unit_begin, 0), unit_end = gtaoi_imin(unit_end, gtao_sweep_units(sweep, phase));
+    for (unit = unit_begin; unit < unit_end; unit++) {
+        if (phase == 0) {
+            gtao_prepare_rows(sweep->c, unit * GTAOI_TILE, (unit + 1) * GTAOI_TILE);
+        } else if (phase == 1) {
+            gtaoi_sweep_turn(sweep, unit, (float *)work);
+        } else if (phase & 1) {
+            gtao_context c = *sweep->c;
+            gtaoi_pass pass;
+            int y = sweep->y_begin + unit * GTAOI_TILE;
+            memset(&pass, 0, sizeof pass);
+            pass.beyond = sweep->beyond, pass.beyond_pitch = sweep->beyond_pitch;
+            pass.beyond_plane = sweep->beyond_plane;
+            pass.sums = sweep->sums, pass.sums_row = sweep->sums_row, pass.fields = sweep->fields;
+            pass.options = &sweep->o;
+            c.pass = &pass, c.slice_begin = first, c.slice_end = gtaoi_batch_end(sweep, phase);
+            gtao_visibility_rows(&c, y, gtaoi_imin(y + GTAOI_TILE, sweep->y_end), 0);
+        } else {
+            int rest = unit;
+            for (k = first; rest >= gtaoi_cut_slice(sweep, k).groups; k++)
+                rest -= gtaoi_cut_slice(sweep, k).groups;
+            gtaoi_sweep_group(sweep, k, rest, 2 * (k - first), work);
+        }
+    }
+}
+
+GTAO_API gtao_result gtao_sweep_compute(const gtao_desc *desc, const gtao_output *output,
+                                        const gtao_sweep_options *options, void *scratch, size_t scratch_size,
+                                        gtao_progress progress, void *user) {
+    gtao_sweep *sweep;
+    gtao_result result = gtaoi_check_sweep(desc, output, options);
+    size_t work = gtao_sweep_work_size(desc, options);
+    int phase, unit;
+    double phases;
+    if (result == GTAO_OK && (!scratch || scratch_size < work))
+        result = GTAO_ERROR_SCRATCH;
+    if (result == GTAO_OK)
+        result = gtao_sweep_begin(desc, output, options, (char *)scratch + work, scratch_size - work, &sweep);
+    if (result != GTAO_OK)
+        return result;
+    phases = (double)gtao_sweep_phases(sweep);
+    for (phase = 0; phase < gtao_sweep_phases(sweep); phase++) {
+        int units = gtao_sweep_units(sweep, phase), some = units / 16 + 1;
+        for (unit = 0; unit < units; unit += some) {
+            gtao_sweep_run(sweep, phase, unit, unit + some, scratch);
+            if (progress &&
+                progress(user, ((double)phase + (double)gtaoi_imin(unit + some, units) / (double)units) / phases))
+                return GTAO_CANCELLED;
+        }
+    }
+    return GTAO_OK;
 }
 
 #if defined(__clang__)
@@ -4805,6 +5501,406 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_finish)(const gtao_context *c, GTAOI_PIXEL *p, cons
     return visible;
 }
 
+/* ---- the sweep -------------------------------------------------------------------------------------------------- */
+
+/* out[j][i] = in[i][j] of 16 x 16. */
+GTAOI_FI void GTAOI_NAME(gtaoi_turn16)(const float *in, float *out, ptrdiff_t pitch) {
+    int i, j, k;
+    for (i = 0; i < GTAOI_TILE; i += GTAOI_W)
+        for (j = 0; j < GTAOI_TILE; j += 4) {
+            GV v[4];
+            GTAOI_NAME(gtaoi_load4)(in + i * GTAOI_TILE + j, GTAOI_TILE, v);
+            for (k = 0; k < 4; k++)
+                GV_STORE(out + (j + k) * pitch + i, v[k]);
+        }
+}
+
+/* Heights of 16 lines at 16 positions, their gradients across the lines, and the receivers. A height on a line is linear
+ * between two pixels of one surface (the step is small, or goes on from either side); else the nearer one's surface goes
+ * on. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
+    GTAOI_NO_CONTRACT
+    enum { HEIGHTS, ACROSS, BASES, AHEAD };
+    float block[4][GTAOI_TILE * GTAOI_TILE];
+    const gtao_context *c = l->c;
+    int u, k, wrap = c->d.border == GTAO_BORDER_WRAP;
+    for (u = 0; u < GTAOI_TILE; u++) {
+        int position = tile * GTAOI_TILE + u, i = l->first + position, whole, up, at;
+        double place = l->slope * (double)i + l->phase, fraction;
+        float aside, ahead;
+        const float *p;
+        if (position >= l->count) {
+            gtaoi_fill_sky(block[HEIGHTS] + u * GTAOI_TILE, GTAOI_TILE);
+            gtaoi_fill_sky(block[BASES] + u * GTAOI_TILE, GTAOI_TILE);
+            memset(block[ACROSS] + u * GTAOI_TILE, 0, GTAOI_TILE * sizeof(float));
+            memset(block[AHEAD] + u * GTAOI_TILE, 0, GTAOI_TILE * sizeof(float));
+            l->aside[position] = 0.0f;
+            continue;
+        }
+        whole = (int)place - ((double)(int)place > place);
+        fraction = place - (double)whole;
+        up = fraction >= 0.5;
+        l->aside[position] = aside = (float)(fraction - (double)up);
+        at = l->line + whole;
+        if (wrap)
+            at = gtaoi_wrap(at, l->n_minor), i = gtaoi_wrap(i, l->n_major);
+        l->minor[position] = at + up;
+        if (!wrap)
+            at = gtaoi_imin(gtaoi_imax(at, -18), l->n_minor + 1), i = gtaoi_imin(gtaoi_imax(i, 0), l->n_major - 1);
+        p = l->plane + (ptrdiff_t)i * l->pitch + at;
+        for (k = 0; k < GTAOI_TILE; k += GTAOI_W) {
+            GV a = GV_LOAD(p + k), b = GV_LOAD(p + k + 1), before = GV_LOAD(p + k - 1), after = GV_LOAD(p + k + 2);
+            GV step = GV_SUB(b, a), limit = GV_SET(c->same_surface), nearest = up ? b : a, own, further;
+            GM small, from_a, from_b;
+            if (!c->orthographic)
+                limit = GV_MUL(limit, GV_MIN(GV_ABS(a), GV_ABS(b)));
+            small = GV_LE(GV_ABS(step), limit);
+            from_a = GV_LE(GV_ABS(GV_SUB(step, GV_SUB(a, before))), limit);
+            from_b = GV_LE(GV_ABS(GV_SUB(step, GV_SUB(after, b))), limit);
+            small = GM_OR(small, from_a), small = GM_OR(small, from_b);
+            own = up ? GV_SUB(after, b) : GV_SUB(a, before);
+            further = up ? GV_SUB(GV_LOAD(p + k + 3), after) : GV_SUB(before, GV_LOAD(p + k - 2));
+            from_a = GV_LE(GV_ABS(own), limit);
+            from_b = GV_LE(GV_ABS(GV_SUB(own, further)), limit);
+            own = GV_SELECT(small, step, GV_IF(GM_OR(from_a, from_b), own));
+            GV_STORE(block[HEIGHTS] + u * GTAOI_TILE + k, GV_ADD(nearest, GV_MUL(own, GV_SET(aside))));
+            GV_STORE(block[ACROSS] + u * GTAOI_TILE + k, own);
+            GV_STORE(block[BASES] + u * GTAOI_TILE + k, nearest);
+        }
+        for (k = 0; c->bounded && k < GTAOI_TILE; k++) { /* gradients are not padded */
+            int y = at + up + k;
+            if (wrap && y >= l->n_minor)
+                y = gtaoi_wrap(y, l->n_minor);
+            if (y >= 0 && y < l->n_minor) {
+                ptrdiff_t here = (ptrdiff_t)i * l->pitch + y;
+                ahead = l->tilt_along[here] + l->tilt_across[here] * (float)l->slope;
+            } else {
+                ahead = 0.0f;
+            }
+            block[AHEAD][u * GTAOI_TILE + k] = ahead;
+        }
+    }
+    GTAOI_NAME(gtaoi_turn16)(block[HEIGHTS], l->strip + tile * GTAOI_TILE, l->length);
+    GTAOI_NAME(gtaoi_turn16)(block[ACROSS], l->across + tile * GTAOI_TILE, l->length);
+    GTAOI_NAME(gtaoi_turn16)(block[BASES], l->base + tile * GTAOI_TILE, l->length);
+    if (c->bounded)
+        GTAOI_NAME(gtaoi_turn16)(block[AHEAD], l->ahead + tile * GTAOI_TILE, l->length);
+}
+
+/* Which of the samples [at, at + 16) of a line lie on the hull of their neighbours, where every slope from one side is
+ * greater than every one to the other. */
+GTAOI_FN unsigned GTAOI_NAME(gtaoi_sweep_above)(const float *strip) {
+    GTAOI_NO_CONTRACT
+    unsigned bits = 0;
+    int i, k;
+    for (i = 0; i < GTAOI_TILE; i += GTAOI_W, strip += GTAOI_W) {
+        GV w = GV_LOAD(strip), left = GV_SUB(w, GV_LOAD(strip - 1)), right = GV_SUB(GV_LOAD(strip + 1), w);
+        for (k = 2; k <= GTAOI_LAG; k++) {
+            GV inv = GV_SET(1.0f / (float)k);
+            left = GV_MIN(left, GV_MUL(GV_SUB(w, GV_LOAD(strip - k)), inv));
+            right = GV_MAX(right, GV_MUL(GV_SUB(GV_LOAD(strip + k), w), inv));
+        }
+        bits |= GM_BITS(GV_LT(right, left)) << i;
+    }
+    return bits;
+}
+
+/* Largest slopes from the 16 receivers of one line and tile to what lies more than GTAO_SWEEP_NEAR before (after) them:
+ * the samples that are not in the hull yet, then the hull's vertices from the nearest on, for as long as they rise for
+ * any of the 16. Heights are moved from the line to the parallel through the receiver by their gradient across. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sweep_query)(const gtaoi_lines *l, int line, int tile, int backward, float *out) {
+    GTAOI_NO_CONTRACT
+    enum { N = GTAOI_TILE / GTAOI_W, FIRST = GTAO_SWEEP_NEAR + 1, LAST = GTAO_SWEEP_NEAR + GTAOI_LAG + GTAOI_TILE - 1 };
+    ptrdiff_t at = (ptrdiff_t)line * l->length + tile * GTAOI_TILE, step = backward ? 1 : -1;
+    const float *sample = l->strip + at + FIRST * step;
+    const gtaoi_vertex *vertex = l->vertex + (ptrdiff_t)line * l->room + l->depth[line];
+    const float *across = sample + (l->across - l->strip);
+    GV b[N], aside[N], best[N], hull[N];
+    int k, n, rising;
+    for (n = 0; n < N; n++) {
+        b[n] = GV_LOAD(l->base + at + n * GTAOI_W);
+        aside[n] = GV_LOAD(l->aside + tile * GTAOI_TILE + n * GTAOI_W);
+        best[n] = hull[n] = GV_SET(GTAOI_SKY);
+    }
+    for (k = FIRST; k <= LAST; k++, sample += step, across += step) {
+        GV inv = GV_SET(l->inverse[k]);
+        for (n = 0; n < N; n++) {
+            GV base = GV_ADD(b[n], GV_MUL(aside[n], GV_LOAD(across + n * GTAOI_W)));
+            best[n] = GV_MAX(best[n], GV_MUL(GV_SUB(GV_LOAD(sample + n * GTAOI_W), base), inv));
+        }
+    }
+    do {
+        GV w = GV_SET(vertex[0].w), w_across = GV_SET(vertex[0].across);
+        GV further = GV_SET(vertex[-1].w), further_across = GV_SET(vertex[-1].across);
+        const float *inv = l->inverse + (tile * GTAOI_TILE - vertex[0].t);
+        const float *further_inv = l->inverse + (tile * GTAOI_TILE - vertex[-1].t);
+        for (rising = 0, n = 0; n < N; n++) {
+            GV base = GV_ADD(b[n], GV_MUL(aside[n], w_across)), slope;
+            hull[n] = GV_MAX(hull[n], GV_MUL(GV_SUB(w, base), GV_LOAD(inv + n * GTAOI_W)));
+            base = GV_ADD(b[n], GV_MUL(aside[n], further_across));
+            slope = GV_MUL(GV_SUB(further, base), GV_LOAD(further_inv + n * GTAOI_W));
+            rising |= GM_ANY(GV_LT(hull[n], slope));
+            hull[n] = GV_MAX(hull[n], slope);
+        }
+        vertex -= 2;
+    } while (rising);
+    for (n = 0; n < N; n++)
+        GV_STORE(out + n * GTAOI_W, GV_MAX(best[n], hull[n]));
+}
+
+/* The highest sample of each tile and of each block of tiles. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sweep_highest)(const gtaoi_lines *l) {
+    int line, tile, i, blocks = l->tiles / GTAOI_BLOCK + 1;
+    for (line = 0; line < GTAOI_TILE; line++) {
+        float *block = l->highest_block + line * blocks;
+        gtaoi_fill_sky(block, blocks);
+        for (tile = 0; tile < l->tiles; tile++) {
+            const float *strip = l->strip + line * l->length + tile * GTAOI_TILE;
+            float lanes[GTAOI_W];
+            GV high = GV_LOAD(strip);
+            for (i = GTAOI_W; i < GTAOI_TILE; i += GTAOI_W)
+                high = GV_MAX(high, GV_LOAD(strip + i));
+            GV_STORE(lanes, high);
+            for (i = 1; i < GTAOI_W; i++)
+                lanes[0] = gtaoi_max(lanes[0], lanes[i]);
+            l->highest[line * l->tiles + tile] = lanes[0];
+            block[tile / GTAOI_BLOCK] = gtaoi_max(block[tile / GTAOI_BLOCK], lanes[0]);
+        }
+    }
+}
+
+/* Whether samples at the distances k0 .. k1 may raise the horizon of any receiver of a tile: the highest of the tiles
+ * from `t` to `t_end` that they lie in, `high` of `count` tiles or blocks of tiles each, at either distance. */
+GTAOI_FI int GTAOI_NAME(gtaoi_sweep_matters)(const gtaoi_lines *l, const float *high, int count, int t, int t_end,
+                                             int k0, int k1, GV unit, const GV *b, const GV *tangent,
+                                             const GTAOI_HORIZONS *s) {
+    GTAOI_NO_CONTRACT
+    float top =
+        gtaoi_max(t >= 0 && t < count ? high[t] : GTAOI_SKY, t_end >= 0 && t_end < count ? high[t_end] : GTAOI_SKY);
+    int n, any = 0;
+    for (n = 0; n < GTAOI_TILE / GTAOI_W; n++) {
+        GV up = GV_MUL(GV_SUB(GV_SET(top), b[n]), unit);
+        up = GV_MAX(GV_MUL(up, GV_SET(l->inverse[k0])), GV_MUL(up, GV_SET(l->inverse[k1])));
+        any |= GM_ANY(GV_LT(s[n].rise[0], GV_SUB(up, tangent[n])));
+    }
+    return any;
+}
+
+/* The same as gtaoi_sweep_query within a radius, where no hull will do: every sample, but for tiles that lie too low to
+ * matter; each weighted as in the march. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sweep_within)(const gtaoi_lines *l, int line, int tile, int backward, float *out) {
+    GTAOI_NO_CONTRACT
+    enum { N = GTAOI_TILE / GTAOI_W };
+    const gtao_context *c = l->c;
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    int step = backward ? 1 : -1, at = tile * GTAOI_TILE, k, n, t, ring = c->inv_falloff > 0.0f;
+    int blocks = l->tiles / GTAOI_BLOCK + 1, end = (backward ? l->tiles - tile : tile + 1) * GTAOI_TILE;
+    const float *sample_at = l->strip + (ptrdiff_t)line * l->length + at;
+    const float *across_at = l->across + (ptrdiff_t)line * l->length + at;
+    float sign = backward ? 1.0f : -1.0f, reach[GTAOI_TILE], high = GTAOI_SKY, range = 0.0f;
+    GV unit = GV_ABS(GV_SET(l->x_major ? l->slice->dx : l->slice->dy));
+    GV b[N], aside[N], tangent[N];
+    GTAOI_FRAME f[N];
+    GTAOI_HORIZONS s[N];
+    for (n = 0; n < N; n++) {
+        GV w0 = one, len = one, along = zero, perp = GV_SET(l->slice->bb), rx = zero, ry = zero;
+        ptrdiff_t here = (ptrdiff_t)line * l->length + at + n * GTAOI_W;
+        b[n] = GV_LOAD(l->base + here);
+        aside[n] = GV_LOAD(l->aside + at + n * GTAOI_W);
+        tangent[n] = GV_MUL(GV_MUL(GV_LOAD(l->ahead + here), GV_SET(sign)), unit);
+        if (!c->orthographic) {
+            GV major = GV_ADD(GV_SET((float)(l->first + at + n * GTAOI_W)), GTAOI_NAME(gtaoi_iota)()), minor;
+            for (k = 0; k < GTAOI_W; k++)
+                reach[k] = (float)(l->minor[at + n * GTAOI_W + k] + line);
+            minor = GV_LOAD(reach);
+            GV toward = GV_SET((l->backward[0] == backward) ? 1.0f : -1.0f);
+            rx = GV_SUB(GV_ADD(l->x_major ? major : minor, GV_SET(0.5f)), GV_SET(c->cx));
+            ry = GV_SUB(GV_ADD(l->x_major ? minor : major, GV_SET(0.5f)), GV_SET(c->cy));
+            rx = GV_MUL(rx, GV_SET(c->bx1)), ry = GV_MUL(ry, GV_SET(c->by1));
+            len = GV_SQRT(GV_ADD(GV_ADD(GV_MUL(rx, rx), GV_MUL(ry, ry)), one));
+            along = GV_DIV(GV_ADD(GV_MUL(rx, GV_SET(l->slice->bx)), GV_MUL(ry, GV_SET(l->slice->by))), len);
+            along = GV_MUL(along, toward);
+            perp = GV_MAX(GV_SUB(perp, GV_MUL(along, along)), GV_MUL(perp, GV_SET(1e-6f)));
+            w0 = GV_SELECT(GV_LT(zero, b[n]), b[n], one);
+        }
+        f[n].inv_perp = GV_DIV(one, GV_SQRT(perp));
+        f[n].kappa_scale = GV_MUL(GV_DIV(len, w0), f[n].inv_perp);
+        f[n].kappa_tangent = GV_SUB(GV_MUL(tangent[n], f[n].kappa_scale), GV_MUL(along, f[n].inv_perp));
+        f[n].cos_tangent =
+            GV_DIV(f[n].kappa_tangent, GV_SQRT(GV_ADD(one, GV_MUL(f[n].kappa_tangent, f[n].kappa_tangent))));
+        f[n].reach = GV_MUL(GV_SET(c->reach), f[n].inv_perp);
+        f[n].floor = s[n].rise[0] = zero;
+        s[n].cosine[0] = f[n].cos_tangent;
+    }
+    for (n = 0; n < N; n++)
+        GV_STORE(reach + n * GTAOI_W, GV_MUL(f[n].reach, unit));
+    /* samples farther than this are out of reach: reach w / t >= 1, orthographic reach / t >= 1 */
+    for (k = 0; k < GTAOI_TILE; k++)
+        range = gtaoi_max(range, reach[k]);
+    for (t = 0; !c->orthographic && t < blocks; t++)
+        high = gtaoi_max(high, l->highest_block[line * blocks + t]);
+    range = gtaoi_min(c->orthographic ? range : range * gtaoi_max(high, 0.0f), (float)end);
+    for (k = GTAO_SWEEP_NEAR + 1; (float)k <= range; k++) {
+        GV inv;
+        if (k % GTAOI_TILE == 1) { /* from here on the samples are those of tiles t and beyond */
+            const float *highest = l->highest + line * l->tiles;
+            t = tile + step * (k / GTAOI_TILE);
+            if (k % (GTAOI_TILE * GTAOI_BLOCK) == 1) {
+                int further = t + step * GTAOI_BLOCK;
+                if (!GTAOI_NAME(gtaoi_sweep_matters)(l, l->highest_block + line * blocks, blocks, t / GTAOI_BLOCK,
+                                                     further < 0 ? -1 : further / GTAOI_BLOCK, k,
+                                                     k + GTAOI_TILE * GTAOI_BLOCK - 1, unit, b, tangent, s)) {
+                    k += GTAOI_TILE * GTAOI_BLOCK - 1;
+                    continue;
+                }
+            }
+            if (!GTAOI_NAME(gtaoi_sweep_matters)(l, highest, l->tiles, t, t + step, k, k + GTAOI_TILE - 1, unit, b,
+                                                 tangent, s)) {
+                k += GTAOI_TILE - 1;
+                continue;
+            }
+        }
+        inv = GV_MUL(GV_SET(l->inverse[k]), unit);
+        for (n = 0; n < N; n++) {
+            GTAOI_SAMPLE sample;
+            GM fading;
+            GV w = GV_LOAD(sample_at + step * k + n * GTAOI_W), rise;
+            w = GV_SUB(w, GV_MUL(aside[n], GV_LOAD(across_at + step * k + n * GTAOI_W)));
+            rise = GV_SUB(GV_MUL(GV_SUB(w, b[n]), inv), tangent[n]);
+            fading = GTAOI_NAME(gtaoi_rise)(c, &f[n], &s[n], 0, w, inv, rise, rise, &sample, c->orthographic, 1, 1, 0);
+            if (ring && GM_ANY(fading))
+                GTAOI_NAME(gtaoi_fade)(c, &f[n], &s[n], 0, &sample, fading);
+        }
+    }
+    for (n = 0; n < N; n++) {
+        GM occluded = GV_LT(one, zero);
+        GV kappa = GTAOI_NAME(gtaoi_kappa)(c, &f[n], &s[n], 0, &occluded);
+        GV rise = GV_DIV(GV_SUB(kappa, f[n].kappa_tangent), f[n].kappa_scale);
+        GV_STORE(out + n * GTAOI_W, GV_DIV(GV_ADD(rise, tangent[n]), unit));
+    }
+}
+
+/* One group of lines: read, then swept either way. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sweep_lines)(gtaoi_lines *l) {
+    int tile, line, side, i, tiles = l->tiles;
+    for (tile = 0; tile < tiles; tile++)
+        GTAOI_NAME(gtaoi_sweep_read)(l, tile);
+    for (line = 0; line < GTAOI_TILE && !l->c->bounded; line++)
+        for (tile = 0; tile < tiles; tile++)
+            l->above[line * (tiles + 4) + tile + 2] =
+                (uint16_t)GTAOI_NAME(gtaoi_sweep_above)(l->strip + line * l->length + tile * GTAOI_TILE);
+    if (l->c->bounded)
+        GTAOI_NAME(gtaoi_sweep_highest)(l);
+    for (side = 0; side < 2; side++) {
+        enum { GAP = GTAO_SWEEP_NEAR + GTAOI_LAG };
+        int backward = l->backward[side];
+        gtaoi_sweep_start(l, backward);
+        for (line = 0; l->options->beyond && line < GTAOI_TILE; line++)
+            gtaoi_seed_vertices(l, line, backward);
+        for (i = 0; i < tiles; i++) {
+            float found[GTAOI_TILE * GTAOI_TILE], turned[GTAOI_TILE * GTAOI_TILE];
+            int at;
+            tile = backward ? tiles - 1 - i : i, at = tile * GTAOI_TILE;
+            for (line = 0; line < GTAOI_TILE && !l->c->bounded;
+                 line++) { /* 16 samples, GAP from the receivers, of two tiles */
+                const uint16_t *above = l->above + line * (tiles + 4) + tile + 2;
+                unsigned bits = backward ? (unsigned)above[1] >> GAP | (unsigned)above[2] << (GTAOI_TILE - GAP)
+                                         : (unsigned)above[-2] >> (GTAOI_TILE - GAP) | (unsigned)above[-1] << GAP;
+                gtaoi_push_vertices(l, line, backward ? at + GTAOI_TILE + GAP : at - GTAOI_TILE - GAP, bits & 0xffffu,
+                                    backward);
+            }
+            if (at + GTAOI_TILE <= l->begin || at >= l->end)
+                continue;
+            for (line = 0; line < GTAOI_TILE; line++) {
+                if (l->c->bounded)
+                    GTAOI_NAME(gtaoi_sweep_within)(l, line, tile, backward, found + line * GTAOI_TILE);
+                else
+                    GTAOI_NAME(gtaoi_sweep_query)(l, line, tile, backward, found + line * GTAOI_TILE);
+            }
+            if (!l->x_major)
+                GTAOI_NAME(gtaoi_turn16)(found, turned, GTAOI_TILE);
+            gtaoi_sweep_store(l, side, tile, l->x_major ? found : turned);
+        }
+    }
+}
+
+/* Gradients of the tangent planes of a block of pixels; zero where there are none. */
+GTAOI_FN void GTAOI_NAME(gtaoi_keep_tilts)(const gtaoi_pass *pass, const GTAOI_PIXEL *p, const GM *active, int groups,
+                                           int x, int y) {
+    int g;
+    for (g = 0; g < groups; g++, x += GTAOI_W) {
+        GV_STORE(pass->tilt_x + (ptrdiff_t)y * pass->tilt_pitch + x, GV_IF(active[g], p[g].gx));
+        GV_STORE(pass->tilt_y + (ptrdiff_t)y * pass->tilt_pitch + x, GV_IF(active[g], p[g].gy));
+    }
+}
+
+/* Sums of a block between the batches of a sweep: read, or kept. Here the sums of further outputs would join. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sums)(const gtao_context *c, GTAOI_SUM *sum, int groups, int x, int y, int keep) {
+    float *at = c->pass->sums + (size_t)y * c->pass->sums_row + (size_t)x * (size_t)c->pass->fields;
+    int g, i, n = c->pass->fields;
+    for (g = 0; g < groups; g++) {
+        GV *field[7];
+        field[0] = &sum[g].visible, field[1] = &sum[g].open, field[2] = &sum[g].jacobian_open;
+        field[3] = &sum[g].bx, field[4] = &sum[g].by, field[5] = &sum[g].bz, field[6] = &sum[g].bv;
+        for (i = 0; i < gtaoi_imin(n, 7); i++, at += GTAOI_W) {
+            if (keep)
+                GV_STORE(at, *field[i]);
+            else
+                *field[i] = GV_LOAD(at);
+        }
+        if (n > 7) {
+            if (keep)
+                GV_STORE(at, GV_IF(sum[g].occluded, GV_SET(1.0f)));
+            else
+                sum[g].occluded = GV_LT(GV_SET(0.5f), GV_LOAD(at));
+            at += GTAOI_W;
+        }
+    }
+}
+
+/* A group's share of a horizon map; pixels without a horizon see half of the circle. */
+GTAOI_FN void GTAOI_NAME(gtaoi_store_horizons)(const gtao_context *c, const GTAOI_FRAME *f, const GTAOI_HORIZONS *s,
+                                               GM active, int k, int side, int x, int y) {
+    GTAOI_NO_CONTRACT
+    const gtao_sweep_options *o = c->pass->options;
+    GV open = GV_SET((float)(0.5 * GTAOI_PI)), h = open;
+    float angle[GTAOI_W];
+    float *to = (float *)(void *)((char *)o->horizons + (ptrdiff_t)(2 * k + side) * o->horizon_plane +
+                                  (ptrdiff_t)y * o->horizon_stride);
+    int i;
+    if (GM_ANY(active)) {
+        GM occluded = active;
+        h = GTAOI_NAME(gtaoi_atan2)(GV_SET(1.0f), GTAOI_NAME(gtaoi_kappa)(c, f, s, side, &occluded));
+        h = GV_SELECT(active, GV_MAX(h, GV_SET(0.0f)), open);
+    }
+    GV_STORE(angle, h);
+    for (i = 0; i < GTAOI_W; i++)
+        if (x + i >= c->x_begin && x + i < c->x_end)
+            to[x + i] = angle[i];
+}
+
+/* The far horizons join the near ones. */
+GTAOI_FN void GTAOI_NAME(gtaoi_add_far)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                        GTAOI_HORIZONS *s, const GM *active, int groups, int k, int x, int y) {
+    GTAOI_NO_CONTRACT
+    const gtaoi_pass *pass = c->pass;
+    const float *from =
+        pass->beyond + (size_t)(2 * (k - c->slice_begin)) * pass->beyond_plane + (ptrdiff_t)y * pass->beyond_pitch;
+    int g, side;
+    for (g = 0; g < groups; g++, x += GTAOI_W) {
+        for (side = 0; side < 2; side++) {
+            if (GM_ANY(active[g])) {
+                GV unit = GV_MAX(GV_ABS(f[g].dx), GV_ABS(f[g].dy));
+                GV tangent = GV_ADD(GV_MUL(p[g].gx, f[g].dx), GV_MUL(p[g].gy, f[g].dy));
+                GV slope = GV_MUL(GV_LOAD(from + (size_t)side * pass->beyond_plane + x), unit);
+                s[g].rise[side] = GV_MAX(s[g].rise[side], side ? GV_ADD(slope, tangent) : GV_SUB(slope, tangent));
+            }
+            if (pass->options->horizons)
+                GTAOI_NAME(gtaoi_store_horizons)(c, &f[g], &s[g], active[g], k, side, x, y);
+        }
+    }
+}
+
 /* Stage by stage over blocks of four groups, so that the stages' long dependency chains overlap. The groups are the
  * phases of one stretch of a row, or, if all directions are alike or each pixel has its own, follow one another. */
 GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1, gtao_stats *stats) {
@@ -4815,7 +5911,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
         const char *normals = d->normals ? (const char *)d->normals + (ptrdiff_t)y * d->normal_stride : 0;
         const uint8_t *mask = d->mask ? d->mask + (ptrdiff_t)y * d->mask_stride : 0;
         const float *row = gtaoi_row(c, y);
-        for (x0 = 0; x0 < d->width; x0 += BLOCK) {
+        for (x0 = c->x_begin & ~63; x0 < c->x_end; x0 += BLOCK) {
             float wanted[BLOCK], image_v[BLOCK], image_b[3 * BLOCK], image_s[4][4 * GTAOI_LANES];
             const float *at[4];
             GV n[12], v[4], b[12], s[16]; /* normals, bent normals: [group][component]; signal: [plane][group] */
@@ -4861,7 +5957,14 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                     memset(&moments[g], 0, sizeof moments[g]);
                 v[g] = GV_SET(1.0f);
             }
-            for (k = 0; any && k < c->slices; k++) {
+            if (c->pass && c->pass->tilt_x) {
+                GTAOI_NAME(gtaoi_keep_tilts)(c->pass, pixel, active, groups, x0, y);
+                continue;
+            }
+            if (c->slice_begin > 0)
+                GTAOI_NAME(gtaoi_sums)(c, sum, groups, x0, y, 0);
+            any |= c->pass && c->pass->options->horizons;
+            for (k = c->slice_begin; any && k < c->slice_end; k++) {
                 GTAOI_FRAME frame[4];
                 GTAOI_HORIZONS found[4];
                 GTAOI_ARCS arcs[4];
@@ -4885,6 +5988,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                         (c, &pixel[g], &frame[g], &found[g], at[g], first + g * stride, active[g], x0 + g * step, y,
                          stats);
                     }
+                if (c->pass)
+                    GTAOI_NAME(gtaoi_add_far)(c, pixel, frame, found, active, groups, k, x0, y);
                 for (g = 0; g < groups; g++)
                     if (GM_ANY(active[g]))
                         GTAOI_NAME(gtaoi_integrate)(c, &pixel[g], &frame[g], &found[g], &sum[g]);
@@ -4895,6 +6000,10 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                     if (GM_ANY(active[g]))
                         GTAOI_NAME(gtaoi_integrate_arcs)
                 (c, &pixel[g], &frame[g], &arcs[g], &sum[g], c->o.sh ? &moments[g] : 0);
+            }
+            if (c->slice_end < c->slices) { /* more to come */
+                GTAOI_NAME(gtaoi_sums)(c, sum, groups, x0, y, 1);
+                continue;
             }
             if (c->o.sh)
                 GTAOI_NAME(gtaoi_store_sh)(c, pixel, sum, moments, active, groups, x0, y, count);
@@ -4930,7 +6039,9 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 }
             }
             stats->pixels += (uint64_t)count;
-            gtaoi_store(c, x0, y, count, image_v, image_b, image_s);
+            j = gtaoi_imax(c->x_begin - x0, 0), count = gtaoi_imin(count, c->x_end - x0);
+            if (j < count)
+                gtaoi_store(c, x0 + j, y, count - j, image_v + j, image_b + 3 * j, image_s);
         }
     }
 }

@@ -64,6 +64,38 @@ static uint64_t hash_estimate(const setting *s) {
     return h;
 }
 
+/* Sweeps with and without a radius, their horizon maps, and sums kept between batches. */
+static uint64_t hash_sweep(const setting *s, gtao_isa isa, int wrap) {
+    layout tight = {0, 0, 0};
+    input in = input_make(s, 67, 45, tight);
+    gtao_sweep_options options = {0};
+    plane horizons;
+    result r;
+    uint64_t h = hash_start;
+    for (int bounded = 0; bounded < 2; bounded++) {
+        size_t size;
+        void *scratch;
+        in.desc.isa = isa;
+        in.desc.slices = 3;
+        in.desc.radius = bounded ? 1.5f : HUGE_VALF;
+        in.desc.border = wrap ? GTAO_BORDER_WRAP : GTAO_BORDER_OPEN;
+        r = result_make(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        horizons = plane_make(6 * 45, sizeof(float) * 67, tight);
+        options.horizons = (float *)(void *)horizons.first;
+        options.batch = 2;
+        size = gtao_sweep_scratch_size(&in.desc, &r.output, &options) + gtao_sweep_work_size(&in.desc, &options);
+        scratch = malloc(size);
+        if (gtao_sweep_compute(&in.desc, &r.output, &options, scratch, size, NULL, NULL) != GTAO_OK)
+            h = 0;
+        h = hash_plane(hash_plane(hash_plane(hash_plane(h, &r.visibility), &r.bent), &r.packed), &horizons);
+        free(scratch);
+        free(horizons.memory);
+        result_free(&r);
+    }
+    input_free(&in);
+    return h;
+}
+
 /* Five frames of a sequence. */
 static uint64_t hash_frames(const frame_setting *f, gtao_isa isa) {
     layout tight = {0, 0, 0};
@@ -297,6 +329,11 @@ static int hash_all(gtao_isa isa, entry *entries) {
     }
     entries[count].name = "specular-formulas";
     entries[count++].hash = hash_specular_formulas();
+    for (int i = 0, k = 0; i < SETTING_COUNT; i++)
+        if (strcmp(settings[i].name, "default") == 0 || strcmp(settings[i].name, "height-every-pixel") == 0) {
+            entries[count].name = k++ ? "sweep-height" : "sweep-perspective";
+            entries[count++].hash = hash_sweep(&settings[i], isa, k == 2);
+        }
     return count;
 }
 
@@ -326,7 +363,7 @@ static int compare(FILE *file, gtao_isa isa, const entry *entries, int count) {
 }
 
 int main(int argc, char **argv) {
-    static entry entries[SETTING_COUNT + FRAME_SETTING_COUNT + 11];
+    static entry entries[SETTING_COUNT + FRAME_SETTING_COUNT + 13];
     int bad = 0;
     if (argc < 2) {
         int count = hash_all(GTAO_ISA_SCALAR, entries);
