@@ -5,6 +5,7 @@
  * thickness.csv          error of every method on every scene, against all geometry and against what is inside the view
  * thickness_fit.csv      the estimate's constants, fitted to one half of the scenes and tried on the other
  * thickness_scenes.csv   what peeling found
+ * thickness_resolution.csv  what the size of a pixel costs: the prototype at 240x135, 480x270 and 960x540
  * thickness_profile.csv  visibility of a wall behind a bar and behind an animal
  * thickness_crops.png    pictures
  * All scenes are those of bench-run, from the same cache. --quick: small images, few directions. --only: one scene. */
@@ -97,8 +98,8 @@ static method *add(bench *b, kind k, const char *family, const char *setting) {
 }
 
 static void list_methods(bench *b, bool with_rivals) {
-    static const double blends[] = {0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4};
-    static const double constants[] = {0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1};
+    static const double blends[] = {0.002, 0.005, 0.01, 0.02};
+    static const double constants[] = {0.05, 0.1, 0.15, 0.2, 0.3, 0.5};
     char text[24];
     add(b, LIBRARY, "height field", "")->picture = 1;
     for (size_t k = 0; k < sizeof blends / sizeof *blends; ++k) {
@@ -124,12 +125,7 @@ static void list_methods(bench *b, bool with_rivals) {
     add(b, LIBRARY, "layers, fronts only", "4")->fronts = 4;
     m = add(b, LIBRARY, "layers, estimate for the first", "4");
     m->layers = 4, m->map = FITTED_MAP;
-    for (int k = 1; k <= LAYERS; k *= 2) {
-        if (k == 2)
-            continue;
-        snprintf(text, sizeof text, "%d", k);
-        add(b, PROTOTYPE, "prototype, layers", text)->layers = k;
-    }
+    add(b, PROTOTYPE, "prototype, layers", "4")->layers = 4;
     add(b, TRUTH, "rays inside the view", "");
     for (int i = 0; with_rivals && rivals[i]; ++i) {
         const rival_preset *p = &rivals[i]->preset[rivals[i]->presets - 1];
@@ -138,7 +134,6 @@ static void list_methods(bench *b, bool with_rivals) {
     }
     if (with_rivals) {
         add(b, VOXELS, "voxel cones", "16")->count = 16;
-        add(b, RAYS, "rays", "4")->count = 4;
         add(b, RAYS, "rays", "16")->count = 16;
     }
 }
@@ -261,13 +256,13 @@ static void few_rows(void *user, int thread, int row_begin, int row_end) {
     trace_few_rows(j->trace, j->view, j->count, j->out, row_begin, row_end);
 }
 
-static void run_prototype(stage *s, int layers, float *out) {
+static void run_prototype(stage *s, int layers, int stride, float *out) {
     slabs set;
     memset(&set, 0, sizeof set);
     for (int k = 0; k < layers; ++k)
         set.layer[k] = (slab_layer){s->peel.front[k], s->peel.back[k], s->peel.slope[k]};
     set.count = layers, set.clip = true, set.connect_px = 4, set.cell_px = 1, set.steep = 8;
-    set.slices = s->b->slices, set.stride = 3;
+    set.slices = s->b->slices, set.stride = stride;
     for (size_t i = 0; i < view_pixels(&s->data.view); ++i)
         out[i] = NAN;
     job j = {&s->data.view, &set, NULL, 0, out};
@@ -291,7 +286,7 @@ static bool run_method(stage *s, const method *m, float *out) {
     case COMPOSED:
         return run_composed(s, out);
     case PROTOTYPE:
-        run_prototype(s, m->layers, out);
+        run_prototype(s, m->layers, 3, out);
         return true;
     case RIVAL: {
         float *scratch = malloc(rival_scratch_floats(v) * sizeof *scratch);
@@ -555,11 +550,12 @@ static bool write_csv(bench *b) {
 
 /* ---- the fit ------------------------------------------------------------------------------------------------------ */
 
-enum { RULES = 4 * 4 * 3 };
+enum { FACTORS = 4, ENDS = 3, SLOPES = 2, RULES = FACTORS * ENDS * SLOPES };
 
 static thickness_rule rule_of(int k) {
-    static const float factors[] = {0.35f, 0.5f, 0.7f, 1}, ends[] = {0.75f, 1, 1.5f, INFINITY}, slopes[] = {4, 6, 8};
-    thickness_rule r = {factors[k % 4], ends[k / 4 % 4], slopes[k / 16], false};
+    static const float factors[FACTORS] = {0.35f, 0.5f, 0.7f, 1}, ends[ENDS] = {0.75f, 1, 1.5f},
+                       slopes[SLOPES] = {6, 8};
+    thickness_rule r = {factors[k % FACTORS], ends[k / FACTORS % ENDS], slopes[k / (FACTORS * ENDS)], false};
     return r;
 }
 
@@ -569,7 +565,7 @@ static bool run_fit(bench *b, const dataset_options *o) {
     FILE *csv = fopen("build/bench/thickness_fit.csv", "w");
     int slices = b->slices;
     bool ok = csv != NULL;
-    b->slices = 8;
+    b->slices = 6;
     for (int s = 0; s < bench_scene_count() && ok; ++s) {
         dataset d;
         ok = dataset_open(&d, s, o, b->threads);
@@ -577,7 +573,7 @@ static bool run_fit(bench *b, const dataset_options *o) {
         float *out = ok ? malloc(view_pixels(&d.view) * sizeof *out) : NULL;
         for (int k = 0; k <= RULES && map && out && ok; ++k) {
             thickness_rule rule = rule_of(k < RULES ? k : 0);
-            if (b->quick && k < RULES && k / 4 != 5) { /* only the factor */
+            if (b->quick && k < RULES && k / FACTORS != 1) { /* only the factor */
                 square[k][s] = 1e30;
                 continue;
             }
@@ -625,6 +621,49 @@ static bool run_fit(bench *b, const dataset_options *o) {
                            : "all",
                (double)r.factor, (double)r.endless, (double)r.slope);
     }
+    if (csv && fclose(csv) != 0)
+        ok = false;
+    return ok;
+}
+
+/* ---- resolution --------------------------------------------------------------------------------------------------- */
+
+/* The prototype with four layers on the same views at other sizes, on every tenth row and column of 960x540 and as many of the others. */
+static bool resolution_of(bench *b, int index, int width, int height, int stride, int strata, FILE *csv) {
+    stage s;
+    memset(&s, 0, sizeof s);
+    s.b = b;
+    if (!bench_scene_build(&s.data.scene, index, width, height))
+        return false;
+    const bench_scene_camera *c = &s.data.scene.camera;
+    size_t n = (size_t)width * (size_t)height;
+    float *z = malloc(n * sizeof *z), *normals = malloc(3 * n * sizeof *normals);
+    s.data.z = z, s.data.normals = normals;
+    s.data.view = (view){width, height, (float)c->focal_px, (float)c->cx, (float)c->cy, (float)s.data.scene.radius, 0,
+                         z,     normals};
+    s.inside = malloc(n * sizeof *s.inside);
+    s.work = malloc(n * sizeof *s.work);
+    trace *t = z && normals && s.inside && s.work ? trace_open(&s.data.scene) : NULL;
+    bool ok = t && peel_open(&s.peel, &s.data.scene, 4, b->threads);
+    if (ok) {
+        trace_primary_rows(t, c, z, normals, 0, height);
+        for (int y = 0; y < height; y += stride)
+            trace_visibility_inside_rows(t, &s.data.view, strata, s.inside, y, y + 1);
+        run_prototype(&s, 4, stride, s.work);
+        errors e = compare(&s.data.view, s.work, s.inside);
+        fprintf(csv, "%s,%d,%.5f\n", bench_scene_name(index), width, e.rmse);
+    }
+    trace_close(t);
+    stage_close(&s);
+    return ok;
+}
+
+static bool run_resolution(bench *b, int strata) {
+    FILE *csv = fopen("build/bench/thickness_resolution.csv", "w");
+    bool ok = csv != NULL;
+    for (int i = 0; i < bench_scene_count() && ok; ++i)
+        for (int k = b->quick ? 2 : 1; k <= 4 && ok; k *= 2)
+            ok = resolution_of(b, i, 960 / k, 540 / k, k == 4 ? 3 : k == 2 ? 5 : 10, strata, csv);
     if (csv && fclose(csv) != 0)
         ok = false;
     return ok;
@@ -822,7 +861,7 @@ int main(int argc, char **argv) {
         print_summary(&b);
     }
     if (ok && fit && !only)
-        ok = run_fit(&b, &o);
+        ok = run_fit(&b, &o) && run_resolution(&b, o.strata);
     for (int s = 0; s < b.scenes; ++s) {
         for (int k = 0; k < b.count; ++k)
             free(b.keep[s][k]);

@@ -345,6 +345,13 @@ awk -F, 'BEGIN { print "| fitted to | factor | endless, radii | slope | RMSE the
 awk -F, 'BEGIN { print "| scene | pieces | of which solids | pixels of sheets | with a second layer | third | fourth | fifth |\n|---|--:|--:|--:|--:|--:|--:|--:|" }
     NR > 1 { printf "| %s | %d | %d | %.0f %% | %.0f %% | %.0f %% | %.0f %% | %.0f %% |\n", $1, $2, $3, 100 * $4, 100 * $5, 100 * $6, 100 * $7, 100 * $8 }' build/bench/thickness_scenes.csv > $out/thickness-peel.md
 
+awk -F, '{ e[$1, $2] = $3; if (!($1 in seen)) { seen[$1] = 1; s[++n] = $1 } if (!($2 in had)) { had[$2] = 1; w[++m] = $2 } sum[$2] += $3 * $3 }
+    END {
+        printf "| |"; for (i = 1; i <= n; i++) printf " %s |", s[i]; print " pooled |"
+        printf "|---|"; for (i = 1; i <= n; i++) printf "--:|"; print "--:|"
+        for (k = m; k >= 1; k--) { printf "| %dx%d |", w[k], w[k] * 9 / 16; for (i = 1; i <= n; i++) printf " %.3f |", e[s[i], w[k]]; printf " %.3f |\n", sqrt(sum[w[k]] / n) }
+    }' build/bench/thickness_resolution.csv > $out/thickness-resolution.md
+
 awk -F, '$1 == "pooled" && $5 == "plain" { e[$2, $3, $4] = $6 }
     END {
         a = e["estimate", "", "rays"] / e["height field", "", "rays"]; b = e["layers", "4", "inside"]

@@ -256,10 +256,10 @@ static void check_boxes(const ref_shape *boxes, int count, int uniform, const ch
     desc.slices = 64;
     desc.thickness = (float)(2.0 * boxes[0].axis[2]);
     desc.weighting = uniform ? GTAO_WEIGHTING_UNIFORM : GTAO_WEIGHTING_COSINE;
-    /* Some pixels of some rows: a mask with one pixel of 40 leaves most groups out. */
+    /* Some pixels of some rows: a mask with one pixel of 80 leaves most groups out. */
     uint8_t *mask = allocate((size_t)(width * height));
     for (int i = 0; i < width * height; i++)
-        mask[i] = (uint8_t)(i / width % 48 == 16 && i % width % 40 == 20 && img.z[i] == (float)floor_z);
+        mask[i] = (uint8_t)(i / width % 48 == 16 && i % width % 80 == 20 && img.z[i] == (float)floor_z);
     desc.mask = mask;
     result r = compute(&desc);
     double rmse = 0.0, mean = 0.0, worst = 0.0, degrees = 0.0, lowest = 1.0;
@@ -389,6 +389,10 @@ static double error_to_tracing(int backs, int layers, double radius, double thic
     desc.back = backs ? back : NULL;
     desc.layers = &layer;
     desc.layer_count = layers - 1;
+    uint8_t *mask = allocate((size_t)(img.width * img.height)); /* rows 8, 24, ... */
+    for (int i = 0; i < img.width * img.height; i++)
+        mask[i] = i / img.width % 16 == 8;
+    desc.mask = mask;
     result r = compute(&desc);
     double rmse = 0.0;
     int pixels = 0;
@@ -410,6 +414,7 @@ static double error_to_tracing(int backs, int layers, double radius, double thic
     result_free(&r);
     free(back);
     free(back_behind);
+    free(mask);
     ref_image_free(&img);
     ref_image_free(&behind);
     return sqrt(rmse / pixels);
