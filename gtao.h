@@ -2623,7 +2623,7 @@ static GTAOI_TARGET("avx") void gtaoi_clean(void) {
 #elif GTAOI_NEON
 #define GTAOI_DISPATCH(isa, name, arguments) ((isa) == GTAO_ISA_NEON ? name##_neon arguments : name##_scalar arguments)
 #else
-#define GTAOI_DISPATCH(isa, name, arguments) name##_scalar arguments
+#define GTAOI_DISPATCH(isa, name, arguments) ((void)(isa), name##_scalar arguments)
 #endif
 
 GTAO_API void gtao_prepare_rows(const gtao_context *context, int row_begin, int row_end) {
