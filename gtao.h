@@ -2206,14 +2206,21 @@ GTAO_API int gtao_sweep_units(const gtao_sweep *sweep, int phase) {
 }
 
 /* The turned height buffer's share of a band of rows; if the radius is finite, the gradients there. */
-static void gtaoi_sweep_turn(const gtao_sweep *s, int band, float *work) {
+static void gtaoi_sweep_turn(const gtao_sweep *s, int band) {
     gtao_context c = *s->c;
     gtaoi_pass pass;
     int w = c.d.width, h = c.d.height, y0 = band * GTAOI_TILE, y1 = gtaoi_imin(y0 + GTAOI_TILE, h), x, y, i;
-    for (y = y0 == 0 ? -GTAOI_PAD : y0; y < (y1 == h ? (int)s->turned_pitch - GTAOI_PAD : y1); y++) {
-        const float *heights = gtaoi_row(&c, y) + GTAOI_PAD;
-        for (x = 0; x < w; x++)
-            s->turned[(ptrdiff_t)x * s->turned_pitch + y] = heights[x];
+    int begin = y0 == 0 ? -GTAOI_PAD : y0, end = y1 == h ? (int)s->turned_pitch - GTAOI_PAD : y1;
+    for (y = begin; y < end; y += GTAOI_TILE) {
+        const float *rows[GTAOI_TILE];
+        int n = gtaoi_imin(end - y, GTAOI_TILE);
+        for (i = 0; i < n; i++)
+            rows[i] = gtaoi_row(&c, y + i) + GTAOI_PAD;
+        for (x = 0; x < w; x++) {
+            float *to = s->turned + (ptrdiff_t)x * s->turned_pitch + y;
+            for (i = 0; i < n; i++)
+                to[i] = rows[i][x];
+        }
     }
     for (i = 0; i < 2 * s->batch; i++) /* what is read past the rows' ends */
         for (y = y0; y < y1; y++)
@@ -2221,7 +2228,6 @@ static void gtaoi_sweep_turn(const gtao_sweep *s, int band, float *work) {
                 s->beyond[(size_t)i * s->beyond_plane + (size_t)((ptrdiff_t)y * s->beyond_pitch + x)] = 0.0f;
     if (!c.bounded)
         return;
-    (void)work;
     for (i = 0; i < 2; i++)
         for (y = y0; y < y1; y++)
             memset(s->tilt[i][0] + (ptrdiff_t)y * c.pitch - GTAOI_PAD, 0, (size_t)c.pitch * sizeof(float));
@@ -2231,7 +2237,7 @@ static void gtaoi_sweep_turn(const gtao_sweep *s, int band, float *work) {
     c.pass = &pass, c.x_begin = 0, c.x_end = w;
     gtao_visibility_rows(&c, y0, y1, 0);
     for (i = 0; i < 2; i++)
-        for (y = y0 == 0 ? -GTAOI_PAD : y0; y < (y1 == h ? (int)s->turned_pitch - GTAOI_PAD : y1); y++)
+        for (y = begin; y < end; y++)
             for (x = 0; x < w; x++)
                 s->tilt[i][1][(ptrdiff_t)x * s->turned_pitch + y] =
                     y >= 0 && y < h ? s->tilt[i][0][(ptrdiff_t)y * c.pitch + x] : 0.0f;
@@ -2316,7 +2322,7 @@ GTAO_API void gtao_sweep_run(const gtao_sweep *sweep, int phase, int unit_begin,
         if (phase == 0) {
             gtao_prepare_rows(sweep->c, unit * GTAOI_TILE, (unit + 1) * GTAOI_TILE);
         } else if (phase == 1) {
-            gtaoi_sweep_turn(sweep, unit, (float *)work);
+            gtaoi_sweep_turn(sweep, unit);
         } else if (phase & 1) {
             gtao_context c = *sweep->c;
             gtaoi_pass pass;
