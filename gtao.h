@@ -345,12 +345,14 @@ GTAO_API int gtao_isa_available(gtao_isa isa);    /* compiled in and supported h
 
 /* ---- the sweep: horizons without a march, for baking ------------------------------------------------------------ */
 
-/* The integral of gtao_compute in every-pixel mode, at a cost per pixel and slice that does not grow with the radius:
- * pixels within GTAO_SWEEP_NEAR are searched one by one, the rest of the line, to the border of the image or the
- * radius, by the upper hull of its heights. For height maps of any kind (and any other image): read are depth, normals,
- * mask, camera, border, radius (INFINITY: no bound), falloff, slices (0: 32; K slices are 2 K directions, slice k at
- * pi (k + 1/2) / K on its + side), weighting and isa; ignored are steps, max_radius_px, step_power, noise and frame.
- * The memo's estimator and thin_blend are refused.
+/* The integral of gtao_compute in every-pixel mode. Without a radius (INFINITY) the cost per pixel and slice does not
+ * depend on the size of the image: pixels within GTAO_SWEEP_NEAR are searched one by one, the rest of the line, to the
+ * border of the image, by the upper hull of its heights. With a radius every sample of the line counts as in the march,
+ * but tiles that lie too low are passed over; it pays from some tens of pixels on. For height maps of any kind (and any other
+ * image): read are depth, normals, mask, camera, border (lines go on for one image diagonal beyond a clamped or wrapped
+ * one), radius, falloff, slices (0: 32; K slices are 2 K directions, slice k at pi (k + 1/2) / K on its + side),
+ * weighting and isa; ignored are steps, max_radius_px, step_power, noise and frame. The memo's estimator and thin_blend
+ * are refused.
  *
  *     gtao_sweep *sweep;
  *     gtao_result result = gtao_sweep_begin(&desc, &output, &options, scratch, scratch_size, &sweep);
