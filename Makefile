@@ -1,11 +1,14 @@
 # make            build every program into build/
 # make demo       pictures of a real scene in build/demo/
+# make demo-sequence  a moving camera and a moving thing through the denoiser, in build/demo-sequence
 # make test       every test; make suites: only the cmocka suites, make determinism: only the golden hashes
 # make strict     every language standard, compiler, target and optimisation level, warnings as errors
 # make bench      error against run time, beside other methods, into build/bench/ and docs/; QUICK=1: a look in 2 minutes
+# make specular   that part of make bench which is about specular occlusion: docs/specular.md and its pictures
+# make bench-bake  tables of docs/baking.md; LARGE=1: also 8192 x 8192 in 512 MiB. make bench-gis: beside SAGA GIS
 # make fuzz       libFuzzer for FUZZ_SECONDS (60); make msan: golden hashes and the corpus under MemorySanitizer
 # make golden     rewrite tests/data/golden.txt (after a deliberate change of the results)
-# make figures    docs/figures/*.gp to svg, and the README's picture from the demo
+# make figures    docs/figures/*.gp to svg, and the pictures in README and docs/ from the demos and the viewer
 # make format, make check-format, make coverage, make clean
 #
 # config=debug|release|sanitize|thread|coverage chooses the flags; objects of each are kept apart.
@@ -37,13 +40,17 @@ warnings := -Wall -Wextra -Wpedantic -Wshadow -Wundef -Wconversion -Wsign-conver
 cflags := -std=c99 -D_POSIX_C_SOURCE=200809L $(warnings) -ffp-contract=off $(flags_$(config)) -I. -Iexamples/common -pthread $(CFLAGS)
 libs := -lm
 exr_libs := -lOpenEXRCore
+# Optional packages, looked for when a recipe runs, since tests/setup.sh may just have installed them.
+hash := \#
+has_header = $(shell echo '$(hash)include <$(1)>' | $(CC) -E -x c - >/dev/null 2>&1 && echo yes)
+raster_libs = $(if $(call has_header,png.h),-lpng) $(if $(call has_header,tiffio.h),-ltiff)
 obj := build/obj/$(config)
 
 # ---- what there is --------------------------------------------------------------------------------------------------
 
 has_main = $(if $(1),$(shell grep -l '^int main' $(1)))
 
-examples := $(wildcard examples/*.c)
+examples := $(filter-out examples/bake_mpi.c,$(wildcard examples/*.c))
 benches := $(call has_main,$(wildcard tests/bench/*.c))
 all_suites := $(wildcard tests/unit/test_*.c tests/reference/test_*.c)
 # SUITES=test_api limits what is built and run to the suites named.
@@ -59,16 +66,17 @@ bench_programs := $(foreach f,$(benches),$(call program_of,$(f)))
 suite_programs := $(foreach f,$(suites),build/tests/$(basename $(notdir $(f))))
 objects = $(patsubst %.c,$(obj)/%.o,$(1))
 
-.PHONY: all demo test suites determinism golden strict bench fuzz msan figures format check-format coverage clean FORCE
+.PHONY: all bake-mpi bench-bake bench-gis demo demo-sequence test suites determinism golden strict bench specular fuzz msan figures \
+    format check-format coverage clean FORCE
 .DELETE_ON_ERROR:
 .PRECIOUS: build/setup/%
-all: $(programs)
+all: $(programs) bake-mpi
 
 # ---- objects --------------------------------------------------------------------------------------------------------
 
 # Packages a part of the build needs; before any compiling, so that no header is missing.
 build/setup/%: tests/setup.sh
-	@tests/setup.sh $*
+	@tests/setup.sh $* $(if $(filter viewer,$*),|| echo 'build/viewer: without a window')
 	@mkdir -p $(@D) && touch $@
 
 # Files that change only when their text does: recompile on other flags, relink on another configuration.
@@ -78,7 +86,7 @@ $(obj)/flags build/obj/config: FORCE
 	@mkdir -p $(@D)
 	@echo '$(text)' | cmp -s - $@ || echo '$(text)' > $@
 
-$(obj)/%.o: %.c $(obj)/flags | build/setup/build
+$(obj)/%.o: %.c $(obj)/flags | build/setup/build build/setup/bake
 	@mkdir -p $(@D)
 	$(call say,compile $<)
 	$(Q)$(CC) $(cflags) -MMD -MP -c $< -o $@
@@ -96,7 +104,7 @@ $(obj)/%.a:
 	@mkdir -p $(@D)
 	@rm -f $@ && ar rcs $@ $^
 
--include $(patsubst %.o,%.d,$(call objects,$(examples) $(benches) $(suites) $(common) $(reference) $(bench_common)))
+-include $(patsubst %.o,%.d,$(call objects,$(examples) examples/bake_mpi.c $(benches) $(suites) $(common) $(reference) $(bench_common)))
 
 # ---- programs -------------------------------------------------------------------------------------------------------
 
@@ -108,28 +116,65 @@ $(1): $(call objects,$(2)) $(3) build/obj/config
 	$$(Q)$$(CC) $$(cflags) $(call objects,$(2)) $(3) -Wl,--as-needed $(4) $$(libs) -o $$@
 endef
 
-$(foreach f,$(examples),$(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/common.a,$(exr_libs))))
+$(call objects,examples/common/raster3d.c examples/common/render.c): private cflags += $(if $(filter release,$(config)),-O3)
+# Without SDL2 the viewer is built without a window.
+$(call objects,examples/viewer.c): | build/setup/viewer
+sdl_libs = $(if $(wildcard /usr/include/SDL2/SDL.h),-lSDL2)
+$(foreach f,$(examples),$(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/common.a,\
+  $(exr_libs) $$(raster_libs) $(if $(filter examples/viewer.c,$(f)),$$(sdl_libs)))))
 $(foreach f,$(suites),\
-  $(eval $(call program,build/tests/$(basename $(notdir $(f))),$(f),$(obj)/reference.a $(obj)/common.a,$(exr_libs) -lcmocka)))
+  $(eval $(call program,build/tests/$(basename $(notdir $(f))),$(f),$(obj)/reference.a $(obj)/common.a,$(exr_libs) $$(raster_libs) -lcmocka)))
 $(foreach f,$(benches),\
   $(eval $(call program,$(call program_of,$(f)),$(f),$(obj)/bench.a $(obj)/reference.a $(obj)/common.a,$(exr_libs) -lembree3)))
+
+# Only where MPI is installed. Its headers are the system's: no warnings of ours in them.
+mpi_flags = $(patsubst -I%,-isystem %,$(shell mpicc --showme:compile 2>/dev/null))
+bake-mpi: $(programs) | build/setup/bake
+	@if command -v mpicc >/dev/null; then env -u MAKEFLAGS -u MFLAGS $(MAKE) --no-print-directory \
+	config='$(config)' CC='$(CC)' CFLAGS='$(CFLAGS)' V='$(V)' build/bake-mpi; \
+	else echo 'build/bake-mpi: left out, there is no mpicc'; fi
+
+$(call objects,examples/bake_mpi.c): private cflags += $(mpi_flags)
+$(eval $(call program,build/bake-mpi,examples/bake_mpi.c,$(obj)/common.a,$(exr_libs) $$(raster_libs) $$(shell mpicc --showme:link)))
 
 # ---- what to do with them -------------------------------------------------------------------------------------------
 
 demo: build/demo-sheet
 	build/demo-sheet
 
+# The animation runs at 10 frames a second, every third one of the sequence's.
+demo-sequence: build/sequence | build/setup/sequence
+	build/sequence build/demo-sequence
+	gnuplot examples/sequence.gp > build/demo-sequence/error.svg
+	apngasm build/demo-sequence/sequence.png build/demo-sequence/frame000.png 1 10 -z0 > /dev/null
+	@echo 'build/demo-sequence: sequence.png, strip.png, error.svg, error.txt'
+
 # QUICK=1: small images and few settings into build/bench/; otherwise also the figures and tables that docs/ shows.
-bench: $(bench_programs) | build/setup/figures
+bench: $(bench_programs) build/lut build/tests/test_specular build/viewer build/sequence | build/setup/figures
 	build/bench-run $(if $(QUICK),--quick)
 	build/bench_thickness $(if $(QUICK),--quick)
 	build/bench_multibounce $(if $(QUICK),--size 120x68 --paths 50,--size 240x135 --paths 200) > build/bench/multibounce.txt
+	build/bench_directional $(if $(QUICK),--size 120x68 --rays 144) > build/bench/directional.txt
+	build/viewer --benchmark --threads 2 $(if $(QUICK),--frames 5) > build/bench/viewer.txt
+	$(if $(QUICK),,build/sequence build/bench/sequence > build/bench/sequence.txt)
+	build/bench_sweep $(if $(QUICK),--quick) > build/bench/sweep.txt
 	tests/bench/publish.sh $(if $(QUICK),,docs)
+	tests/bench/specular.sh $(if $(QUICK),--quick,docs)
 
-test: $(suite_programs) $(programs) | build/setup/test
+# Only the part of it that is about specular occlusion.
+specular: build/bench_shading build/bench_specular build/lut build/tests/test_specular
+	tests/bench/specular.sh $(if $(QUICK),--quick,docs)
+
+bench-bake: build/bake build/bake_bench bake-mpi
+	tests/bench/bake.sh
+
+bench-gis: build/bake build/bake_bench | build/setup/gis
+	tests/bench/gis.sh
+
+test: $(suite_programs) $(programs) bake-mpi | build/setup/test
 	@tests/run.sh $(suite_programs) tests/determinism.sh
 
-suites: $(suite_programs) $(programs)
+suites: $(suite_programs) $(programs) bake-mpi
 	@tests/run.sh $(suite_programs)
 
 determinism: | build/setup/test
@@ -147,8 +192,11 @@ fuzz: | build/setup/fuzz
 msan: | build/setup/fuzz
 	@tests/run.sh tests/fuzz/msan.sh
 
-figures: demo | build/setup/figures
+figures: demo demo-sequence build/viewer | build/setup/figures
 	cp build/demo/strip.png docs/figures/demo.png
+	cp build/demo-sequence/error.svg docs/figures/sequence.svg
+	cp build/demo-sequence/frame034.png docs/figures/sequence.png
+	build/viewer --size 1120x630 --frames 40 --screenshot docs/figures/viewer.png
 	@for f in docs/figures/*.gp; do echo "gnuplot $$f" && gnuplot $$f > $${f%.gp}.svg || exit 1; done
 
 sources := $(wildcard *.h examples/*.[ch] examples/common/*.[ch] tests/*/*.[ch])

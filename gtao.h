@@ -41,10 +41,13 @@
  *   docs/conventions.md tells how to feed buffers of GL, D3D and Vulkan.
  *
  * API LEVELS
- *   1 gtao_compute: one call.
+ *   1 gtao_compute: one call. gtao_frame: the next frame of a sequence, at half resolution if wanted, filtered in space
+ *     and time.
  *   2 gtao_begin, gtao_prepare_rows, gtao_visibility_rows: the stages, on row ranges.
+ *     gtao_sweep_begin, gtao_sweep_run: the same by sweeping lines, at any radius, for baking.
  *   3 gtao_arc, gtao_arc_bent, gtao_noise_at, gtao_multi_bounce, ...: the formulas, for those who port them.
- *   depth, normals -> prepare (height, by noise phase) -> horizons -> integrate -> visibility, bent normals
+ *   depth, normals -> prepare (height, by noise phase) -> horizons -> integrate -> visibility, bent normals, SH
+ *                  -> reduce -> prepare -> horizons -> spatial filter -> temporal filter -> upsample (docs/frames.md)
  *
  * OPTIONS (define before the implementation)
  *   GTAO_STATIC            everything static; only together with GTAO_IMPLEMENTATION
@@ -55,7 +58,8 @@
  *   No allocation, no globals, no I/O. The caller's scratch: 4 bytes a pixel for the height buffer (8 with thickness,
  *   and 8 for each further layer), its padding (1 KiB a row at most), and sample tables, 32 bytes for each of 16 noise
  *   phases (1 without noise) x slices x radius classes (4 an octave) x steps, or x pixels of the largest radius in
- *   every-pixel mode. 960x540, 1 slice of 8 steps: 5.3 bytes a pixel in all (tests/unit/test_api.c).
+ *   every-pixel mode. 960x540, 1 slice of 8 steps: 5.3 bytes a pixel in all (tests/unit/test_api.c). gtao_frame's state:
+ *   gtao_frame_state_size.
  *
  * THREADS
  *   None inside. Ranges of rows of one stage may run on any threads at once; finish gtao_prepare_rows of all rows
@@ -75,6 +79,7 @@
  *   normals within 0.04 to 1.4 degrees at the 95th percentile. Depth and radius times 2^k: the same bits.
  *   Occluders with thickness: endless ones are the height field to 1e-6; slabs and grilles against their closed forms,
  *   64 slices, every pixel: RMSE below 0.003; about twice the time (tests/reference/test_arcs.c).
+ *   Spherical harmonics against quadrature of the estimator, known horizons: 4e-7 (test_directional.c).
  *   What a depth buffer does not hold (the backs of things, what is off-screen) is the larger error by far against ray
  *   tracing: docs/accuracy.md.
  *
@@ -85,10 +90,15 @@
  *   - Horizons are searched as slopes of 1/z above the receiver's tangent plane (docs/theory.md): no position is
  *     rebuilt, and samples at whole pixels see exact planes.
  *   - Bent normals are exact off axis ([J19]'s rotation is not), whichever the estimator.
+ *   - The product of visibility cone and clamped cosine ([J19] Section 4) has closed moments: gtao_sh_from_cone uses
+ *     them in place of rotated and multiplied zonal harmonics; its aperture heeds the bent normal's tilt.
  *   - Noise [J16]: 96 different directions and 16 different offsets; as printed there would be 48 and 4
  *     (gtaoi_noise_memo).
  *   - Rises above the tangent plane of less than 2.4e-4 in cot h are rounding and ignored: 1e-7 in visibility.
  *   - A normal that faces away from the eye is tilted until it just faces it.
+ *   - Frames [J16]: pixels are averaged by their slices' share of the integral; the spatial filter tells surfaces apart
+ *     by a pixel's footprint in depth rather than a tenth of it; the history's clamp never closes below the noise of one
+ *     frame, and a history read between pixels counts less (docs/frames.md).
  *
  * REFERENCES
  *   [J16] Jimenez, Wu, Pesce, Jarabo: Practical real-time strategies for accurate indirect occlusion. SIGGRAPH 2016
@@ -169,7 +179,15 @@ extern "C" {
     X(GTAO_ERROR_OUTPUT_FORMAT, "visibility_format: unknown")                                                          \
     X(GTAO_ERROR_OUTPUT_STRIDE,                                                                                        \
       "visibility_stride, bent_stride, bent_components, packed_stride: rows overlap or are misaligned")                \
+    X(GTAO_ERROR_OUTPUT_SH, "sh_bands, sh_stride, sh_plane_stride: 0 (3), 2 or 3 bands, apart by multiples of 4 "      \
+                            "bytes; sh: not in a frame")                                                               \
     X(GTAO_ERROR_SCRATCH, "scratch, context: null, or smaller than gtao_scratch_size()")                               \
+    X(GTAO_ERROR_SWEEP, "estimator, thin_blend, thickness, back, layers, sh, signal: not in a sweep")                  \
+    X(GTAO_ERROR_REGION, "region: must be a part of the image, or all zero")                                           \
+    X(GTAO_ERROR_HORIZONS, "horizon_stride, horizon_plane: rows or planes overlap or are misaligned")                  \
+    X(GTAO_ERROR_BEYOND, "beyond: needs an orthographic camera, an open border and a beyond_reach of 1..2^20")         \
+    X(GTAO_ERROR_BATCH, "batch: must be 0 (4) or 1..64")                                                               \
+    X(GTAO_CANCELLED, "cancelled by the progress callback")                                                            \
     X(GTAO_ERROR_MATRIX, "projection matrix: neither perspective nor orthographic")                                    \
     X(GTAO_ERROR_SIGNAL, "signal_planes: must be 0 (2), 2 or 5, planes and rows multiples of 4 bytes apart")           \
     X(GTAO_ERROR_FRAME, "frame: null pointer")                                                                         \
@@ -340,6 +358,15 @@ typedef struct gtao_output {
     ptrdiff_t signal_stride;       /* bytes from row to row; 0: tightly packed */
     ptrdiff_t signal_plane_stride; /* bytes from plane to plane; 0: height times signal_stride */
     int signal_planes;             /* 2, or 5 with the bent normal; 0: 2 */
+
+    /* Spherical harmonics of visibility times cosine, view space: c_i = 1/pi int V(w) max(n.w, 0) Y_i(w) dw, i < 9, in
+     * the order and scale of gtao_sh_basis. Light with coefficients L_i has irradiance pi sum c_i L_i; c_0 is 0.2820948
+     * times the visibility, (c_3, c_1, c_2) 0.4886025 times the bent normal before it is normalised. Uniform weighting:
+     * 1/(2 pi) int V Y_i over the hemisphere. Both estimators: with the Jacobian. docs/directional.md. */
+    float *sh;                 /* coefficient i of pixel (x, y): (char *)sh + i sh_plane_stride + y sh_stride + 4 x */
+    ptrdiff_t sh_stride;       /* bytes from row to row */
+    ptrdiff_t sh_plane_stride; /* bytes from plane to plane; 0: height times sh_stride */
+    int sh_bands;              /* 0 (3: 9 coefficients), 2 (4) or 3 */
 } gtao_output;
 
 /* Counts, added to what is already there; a thread passes its own and sums them afterwards. */
@@ -414,7 +441,8 @@ typedef struct gtao_frame_desc {
     int no_spatial;        /* nonzero: no spatial filter */
     int spatial_passes;    /* 1..3; 0: 1. The first covers 4x4 pixels, the others smooth what is left */
     float depth_tolerance; /* relative difference of depth from the pixel's plane at which another's weight has fallen
-                            * to zero; orthographic: difference over the radius. 0: 0.1 [J16] */
+                            * to zero; orthographic: difference over the radius. [J16] takes 0.1; 0: what a pixel
+                            * measures at its depth, which halves the error (docs/accuracy.md) */
 
     int no_temporal; /* nonzero: no history */
     gtao_history history;
@@ -435,7 +463,7 @@ typedef struct gtao_frame_desc {
 GTAO_API size_t gtao_frame_state_size(const gtao_frame_desc *frame);
 
 /* One frame. `state` is zero (or anything, with `cut` set) before the first. `output` as in gtao_compute, without
- * `signal`. `stats` may be null. */
+ * `signal` and without `sh`, for which there is gtao_sh_from_cone. `stats` may be null. */
 GTAO_API gtao_result gtao_frame(const gtao_frame_desc *frame, const gtao_output *output, void *state, size_t state_size,
                                 gtao_stats *stats);
 
@@ -480,6 +508,77 @@ GTAO_API gtao_result gtao_estimate_thickness(const gtao_desc *desc, float *thick
 GTAO_API void gtao_compose_layers(size_t n, const float *scene, const float *scene_bent, const uint8_t *moving,
                                   float *all, float *all_bent);
 
+/* ---- the sweep: horizons without a march, for baking ------------------------------------------------------------ */
+
+/* The integral of gtao_compute in every-pixel mode, at a cost per pixel and slice that does not grow with the radius:
+ * pixels within GTAO_SWEEP_NEAR are searched one by one, the rest of the line, to the border of the image or the
+ * radius, by the upper hull of its heights. For height maps of any kind (and any other image): read are depth, normals,
+ * mask, camera, border, radius (INFINITY: no bound), falloff, slices (0: 32; K slices are 2 K directions, slice k at
+ * pi (k + 1/2) / K on its + side), weighting and isa; ignored are steps, max_radius_px, step_power, noise and frame.
+ * The memo's estimator and thin_blend are refused.
+ *
+ *     gtao_sweep *sweep;
+ *     gtao_result result = gtao_sweep_begin(&desc, &output, &options, scratch, scratch_size, &sweep);
+ *     for (int phase = 0; phase < gtao_sweep_phases(sweep); phase++)
+ *         for (int unit = 0; unit < gtao_sweep_units(sweep, phase); unit++)     // any order, any threads
+ *             gtao_sweep_run(sweep, phase, unit, unit + 1, work_of_this_thread);
+ *
+ * All units of a phase must be done before any of the next. Results do not depend on order, threads, isa or batch. To
+ * cancel, stop calling. */
+#define GTAO_SWEEP_NEAR 4 /* pixels along the slice's longer axis */
+
+/* What lies beyond the image on one line, so that a map larger than memory can be swept in tiles: the line leaves the
+ * image at (x, y), in pixels with centres at +0.5, in the unit direction (dx, dy). Writes up to `capacity` points,
+ * farthest first: distance_px from (x, y), at least 1 and at most beyond_reach, and depth in desc.depth's kind and units.
+ * Returns how many. Called on whatever thread sweeps the line. A point that stands for a stretch of s pixels at d pixels
+ * from a receiver, with heights within v pixels of its own, puts the cotangent of a horizon off by no more than
+ * v / d + |cot h| s / d. */
+typedef int (*gtao_beyond)(void *user, double x, double y, double dx, double dy, int capacity, float *distance_px,
+                           float *depth);
+#define GTAO_BEYOND_CAPACITY 256
+
+/* What only the sweep takes; zero-initialise. */
+typedef struct gtao_sweep_options {
+    int region
+        [4]; /* x0, y0, x1, y1: pixels [x0, x1) x [y0, y1) are wanted; others are not written (they still occlude).
+                    * All zero: the whole image */
+    float *horizons;          /* null, or horizon maps: 2 * slices planes, + side of slice k at 2k, - side at 2k + 1.
+                               * Angle in radians from the view vector to the horizon, clamped to the normal's hemisphere:
+                               * light from angle h in that direction arrives if h is smaller */
+    ptrdiff_t horizon_stride; /* bytes from row to row, 0: tightly packed */
+    ptrdiff_t horizon_plane;  /* bytes from plane to plane, 0: tightly packed */
+    gtao_beyond beyond;       /* null: nothing; else orthographic with an open border */
+    void *beyond_user;
+    int beyond_reach; /* pixels, 1..2^20; memory: 8 bytes each */
+    int batch;        /* slices held in memory at a time, 1..64; 0: 4. Costs 8 bytes a pixel each */
+} gtao_sweep_options;
+
+/* Lives inside the scratch buffer. */
+typedef struct gtao_sweep gtao_sweep;
+
+/* Bytes of scratch, and of work memory for each thread; 0 if a description is invalid. options may be null. */
+GTAO_API size_t gtao_sweep_scratch_size(const gtao_desc *desc, const gtao_output *output,
+                                        const gtao_sweep_options *options);
+GTAO_API size_t gtao_sweep_work_size(const gtao_desc *desc, const gtao_sweep_options *options);
+
+/* output may be null if horizon maps are wanted only. The caller's buffers are read and written until the last phase. */
+GTAO_API gtao_result gtao_sweep_begin(const gtao_desc *desc, const gtao_output *output,
+                                      const gtao_sweep_options *options, void *scratch, size_t scratch_size,
+                                      gtao_sweep **sweep);
+GTAO_API int gtao_sweep_phases(const gtao_sweep *sweep);
+GTAO_API int gtao_sweep_units(const gtao_sweep *sweep, int phase);
+/* Units [unit_begin, unit_end) of a phase; `work` is gtao_sweep_work_size bytes that no other thread uses meanwhile. */
+GTAO_API void gtao_sweep_run(const gtao_sweep *sweep, int phase, int unit_begin, int unit_end, void *work);
+
+/* Called now and then with the fraction done, 0..1; nonzero cancels. */
+typedef int (*gtao_progress)(void *user, double done);
+
+/* All of it on one thread; scratch as above with the work memory added: gtao_sweep_scratch_size + gtao_sweep_work_size.
+ * GTAO_CANCELLED if the callback (may be null) says so: outputs are then incomplete. */
+GTAO_API gtao_result gtao_sweep_compute(const gtao_desc *desc, const gtao_output *output,
+                                        const gtao_sweep_options *options, void *scratch, size_t scratch_size,
+                                        gtao_progress progress, void *user);
+
 /* ---- level 3: the formulas -------------------------------------------------------------------------------------- */
 
 /* acos of x clamped to [-1, 1], radians; and sine and cosine of a_rad in [-2 pi, 2 pi]; atan2 with |y|, |x| < 1e18.
@@ -496,6 +595,30 @@ GTAO_API float gtao_arc_uniform(float h_rad);
 /* [J19 Eq. 20-21] integral of the visible directions of a slice, cosine-weighted: t[0] along the slice's direction
  * perpendicular to the view vector, t[1] along the view vector. h0_rad <= 0 <= h1_rad. */
 GTAO_API void gtao_arc_bent(float h0_rad, float h1_rad, float n_rad, float t[2]);
+
+/* Real, orthonormal spherical harmonics of the unit vector d, no Condon-Shortley phase, up to band 2: 0.2820948;
+ * 0.4886025 (y, z, x); 1.0925484 xy, 1.0925484 yz, 0.3153916 (3 z^2 - 1), 1.0925484 xz, 0.5462742 (x^2 - y^2). */
+GTAO_API void gtao_sh_basis(const float d[3], float sh[9]);
+/* Coefficients of f(R^-1 w) from those of f, R row-major, a rotation or reflection: probes from world to view space. */
+GTAO_API void gtao_sh_rotate(const float r[9], const float sh[9], float rotated[9]);
+/* The integrand of gtao_arc times Y_i(w), w = sin(theta) o + cos(theta) v, theta from h0_rad <= 0 to h1_rad >= 0: what
+ * the slice adds to gtao_output.sh before the factor 1/pi. */
+GTAO_API void gtao_arc_sh(float h0_rad, float h1_rad, float n_rad, const float o[3], const float v[3], float sh[9]);
+
+/* Cosine of the half-angle of the cone about the bent normal b that shows as much: visibility = n.b sin^2; at most a
+ * right angle. */
+GTAO_API float gtao_cone_cosine(float visibility, float n_dot_b);
+/* [J19] Section 4: the coefficients of gtao_output.sh where that cone is all that is visible, in closed form. Unit
+ * vectors. */
+GTAO_API void gtao_sh_from_cone(float visibility, const float bent_normal[3], const float normal[3], float sh[9]);
+
+/* Irradiance / pi (the light a white diffuse surface reflects) of a probe, 9 coefficients of 3 channels in view space,
+ * by the coefficients of one pixel; below zero, where a band-limited probe can lead, 0. */
+GTAO_API void gtao_irradiance(const float sh[9], const float probe[27], float rgb[3]);
+/* The same of rows [row_begin, row_end) of what was written to output->sh; rgb_stride bytes from row to row, 0: tightly
+ * packed. */
+GTAO_API void gtao_irradiance_rows(const gtao_desc *desc, const gtao_output *output, const float probe[27], float *rgb,
+                                   ptrdiff_t rgb_stride, int row_begin, int row_end);
 
 /* [J16] multiple bounces: visibility and albedo in [0, 1] to the visibility that includes interreflection. */
 GTAO_API float gtao_multi_bounce(float visibility, float albedo);
@@ -644,9 +767,10 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #define GTAOI_LANES 16         /* widest group */
 #define GTAOI_CHUNK 64         /* samples whose offsets are remapped at once at clamped and wrapped borders */
 #define GTAOI_NEAR 8           /* first samples in every-pixel mode whose taps also bound them from above */
-#define GTAOI_CLAMP_NOISE 1.5f /* the clamp's least window, in mean changes of a pixel from frame to frame */
+#define GTAOI_CLAMP_NOISE 1.2f /* the clamp's least window, in mean changes of a pixel from frame to frame */
 #define GTAOI_BLUR_COST 0.6f /* part of its length that a history loses when read in the middle of two pixels, x 1/4 */
-#define GTAOI_DISOCCLUSION 0.25f   /* part of depth_tolerance that tells one surface from another in time */
+#define GTAOI_DISOCCLUSION 0.025f  /* relative difference of depth that tells one surface from another in time */
+#define GTAOI_TOLERANCE_PX 1.0f    /* the spatial filter's default, in pixel footprints */
 #define GTAOI_SECTORS 32           /* of a side, for what hangs free above the horizon: bits of a mask */
 #define GTAOI_ARC_LIMIT 1048576.0f /* 2^20: greatest t = (kappa - tangent) cos n, so that squares are exact in range */
 #define GTAOI_SAME_SURFACE_PX 4.0f /* neighbours within so many pixel footprints in depth are one surface */
@@ -841,6 +965,117 @@ GTAO_API void gtao_arc_bent(float h0_rad, float h1_rad, float n_rad, float t[2])
     t[1] = (-c03 - c13 + 8.0f * cn - 3.0f * (c0p + c1p)) / 12.0f;
 }
 
+#define GTAOI_SH0 0.28209479f  /* sqrt(1 / (4 pi)) */
+#define GTAOI_SH1 0.48860251f  /* sqrt(3 / (4 pi)) */
+#define GTAOI_SH2 1.09254843f  /* sqrt(15 / (4 pi)) */
+#define GTAOI_SH20 0.31539157f /* sqrt(5 / (16 pi)) */
+
+/* From moments of a function: its integral a, that of it times w, and times w w^T as xx, yy, zz, xy, yz, xz. */
+static void gtaoi_sh_of_moments(float a, const float b[3], const float m[6], float sh[9]) {
+    GTAOI_NO_CONTRACT
+    sh[0] = GTAOI_SH0 * a;
+    sh[1] = GTAOI_SH1 * b[1], sh[2] = GTAOI_SH1 * b[2], sh[3] = GTAOI_SH1 * b[0];
+    sh[4] = GTAOI_SH2 * m[3], sh[5] = GTAOI_SH2 * m[4], sh[7] = GTAOI_SH2 * m[5];
+    sh[6] = GTAOI_SH20 * (3.0f * m[2] - a);
+    sh[8] = GTAOI_SH2 * 0.5f * (m[0] - m[1]);
+}
+
+/* m = aa a a^T + ab (a b^T + b a^T) + bb b b^T */
+static void gtaoi_outer(float aa, float ab, float bb, const float a[3], const float b[3], float m[6]) {
+    GTAOI_NO_CONTRACT
+    int k;
+    for (k = 0; k < 6; k++) {
+        int i = k < 3 ? k : k == 4 ? 1 : 0, j = k < 3 ? k : k == 3 ? 1 : 2;
+        m[k] = aa * a[i] * a[j] + ab * (a[i] * b[j] + b[i] * a[j]) + bb * b[i] * b[j];
+    }
+}
+
+GTAO_API void gtao_sh_basis(const float d[3], float sh[9]) {
+    float m[6];
+    gtaoi_outer(1.0f, 0.0f, 0.0f, d, d, m);
+    gtaoi_sh_of_moments(1.0f, d, m, sh);
+}
+
+/* Band 2 is a symmetric matrix S without trace, f(w) = w^T S w; rotated it is R S R^T. */
+GTAO_API void gtao_sh_rotate(const float r[9], const float sh[9], float rotated[9]) {
+    GTAOI_NO_CONTRACT
+    float zz = 0.57735027f * sh[6], s[3][3], in[3], out[3], m[6] = {0};
+    int i, j, k, l;
+    in[0] = sh[3], in[1] = sh[1], in[2] = sh[2];
+    s[0][0] = sh[8] - zz, s[1][1] = -sh[8] - zz, s[2][2] = 2.0f * zz; /* times 2 / GTAOI_SH2 */
+    s[0][1] = s[1][0] = sh[4], s[1][2] = s[2][1] = sh[5], s[0][2] = s[2][0] = sh[7];
+    for (i = 0; i < 3; i++)
+        out[i] = r[3 * i] * in[0] + r[3 * i + 1] * in[1] + r[3 * i + 2] * in[2];
+    for (k = 0; k < 6; k++) {
+        i = k < 3 ? k : k == 4 ? 1 : 0, j = k < 3 ? k : k == 3 ? 1 : 2;
+        for (l = 0; l < 3; l++)
+            m[k] += r[3 * i + l] * (s[l][0] * r[3 * j] + s[l][1] * r[3 * j + 1] + s[l][2] * r[3 * j + 2]);
+    }
+    rotated[0] = sh[0];
+    rotated[1] = out[1], rotated[2] = out[2], rotated[3] = out[0];
+    rotated[4] = m[3], rotated[5] = m[4], rotated[7] = m[5];
+    rotated[6] = 0.86602540f * m[2], rotated[8] = 0.5f * (m[0] - m[1]);
+}
+
+/* docs/directional.md; of the sides, s = sin |h|, c = cos h. */
+GTAO_API void gtao_arc_sh(float h0_rad, float h1_rad, float n_rad, const float o[3], const float v[3], float sh[9]) {
+    GTAOI_NO_CONTRACT
+    float sn, cn, s0, c0, s1, c1, d, e, sss, a, to, tv, ov, vv, b[3], m[6];
+    int i;
+    h0_rad = gtaoi_clamp(h0_rad, -7.0f, 7.0f), h1_rad = gtaoi_clamp(h1_rad, -7.0f, 7.0f);
+    gtao_sincos(n_rad, &sn, &cn);
+    gtao_sincos(-h0_rad, &s0, &c0);
+    gtao_sincos(h1_rad, &s1, &c1);
+    d = (h1_rad - s1 * c1) + (h0_rad + s0 * c0);            /* 2 int sin^2 sgn */
+    e = d + 2.0f * (s1 * s1 * s1 * c1 - s0 * s0 * s0 * c0); /* 8 int sin^2 cos^2 sgn */
+    sss = s1 * s1 * s1 - s0 * s0 * s0;
+    a = 0.5f * (cn * (s0 * s0 + s1 * s1) + sn * d);
+    to = (cn * sss + sn * (4.0f - 3.0f * (c1 + c0) + (c1 * c1 * c1 + c0 * c0 * c0))) / 3.0f;
+    tv = (cn * (2.0f - c1 * c1 * c1 - c0 * c0 * c0) + sn * sss) / 3.0f;
+    ov = 0.125f * cn * e + 0.25f * sn * (s1 * s1 * s1 * s1 + s0 * s0 * s0 * s0);
+    vv = 0.25f * cn * (2.0f - c1 * c1 * c1 * c1 - c0 * c0 * c0 * c0) + 0.125f * sn * e;
+    for (i = 0; i < 3; i++)
+        b[i] = to * o[i] + tv * v[i];
+    gtaoi_outer(a - vv, ov, vv, o, v, m);
+    gtaoi_sh_of_moments(a, b, m, sh);
+}
+
+GTAO_API float gtao_cone_cosine(float visibility, float n_dot_b) {
+    GTAOI_NO_CONTRACT
+    float a = gtaoi_clamp(visibility, 0.0f, 1.0f), nb = gtaoi_clamp(n_dot_b, 0.0f, 1.0f);
+    return nb > a ? sqrtf(1.0f - a / nb) : 0.0f;
+}
+
+/* With c = n.b, t = n - c b, and of the cone's half-angle s its sine, u its cosine, over pi:
+ *   a = c s^2,   first moment 2/3 c (1 - u^3) b + (2/3 - u + u^3/3) t,
+ *   second c (1 - u^4) / 2 b b^T + s^4 / 4 (c (I - b b^T) + b t^T + t b^T) */
+GTAO_API void gtao_sh_from_cone(float visibility, const float bent_normal[3], const float normal[3], float sh[9]) {
+    GTAOI_NO_CONTRACT
+    const float *b = bent_normal;
+    float c = gtaoi_clamp(b[0] * normal[0] + b[1] * normal[1] + b[2] * normal[2], 0.0f, 1.0f), t[3], first[3], m[6];
+    float u = gtao_cone_cosine(visibility, c), uu = u * u, ss = 1.0f - uu, s4 = 0.25f * ss * ss;
+    int i;
+    for (i = 0; i < 3; i++) {
+        t[i] = normal[i] - c * b[i];
+        first[i] = (2.0f * c * (1.0f - u * uu) * b[i] + (2.0f - 3.0f * u + u * uu) * t[i]) / 3.0f;
+    }
+    gtaoi_outer(c * (0.5f * (1.0f - uu * uu) - s4), s4, 0.0f, b, t, m);
+    for (i = 0; i < 3; i++)
+        m[i] += c * s4;
+    gtaoi_sh_of_moments(c * ss, first, m, sh);
+}
+
+GTAO_API void gtao_irradiance(const float sh[9], const float probe[27], float rgb[3]) {
+    GTAOI_NO_CONTRACT
+    int i, k;
+    for (k = 0; k < 3; k++) {
+        float sum = 0.0f;
+        for (i = 0; i < 9; i++)
+            sum += sh[i] * probe[3 * i + k];
+        rgb[k] = gtaoi_max(sum, 0.0f);
+    }
+}
+
 GTAO_API float gtao_multi_bounce(float visibility, float albedo) {
     GTAOI_NO_CONTRACT
     float a, b, c, x = gtaoi_clamp(visibility, 0.0f, 1.0f);
@@ -1027,7 +1262,7 @@ struct gtao_context {
     int classes;
     uint32_t class_base;          /* bits of the least extent, shifted */
     int cosines;                  /* the search takes every cosine: memo estimator, thickness heuristic */
-    int bent;                     /* bent normals are wanted */
+    int bent;                     /* bent normals are wanted, or spherical harmonics */
     int signal;                   /* planes of the signal that are wanted */
     float weight_scale;           /* sum of the slices' Jacobians to the signal's weight, on the optical axis */
     float extent_min, extent_max; /* of the sphere of the radius on the plane z = 1 (orthographic: in pixels) */
@@ -1063,6 +1298,9 @@ struct gtao_context {
     int *count;                      /* [period^2][slices][classes] */
     float *noise;                    /* per-pixel noise: [64][64 + GTAOI_LANES][2 planes] */
     float *step;                     /* per-pixel noise: ((j + offset) / steps)^power, [steps][64 offsets] */
+    int slice_begin, slice_end;      /* the slices of this pass over the rows: all of them, or a sweep's batch */
+    int x_begin, x_end;              /* columns that are wanted */
+    const struct gtaoi_pass *pass;   /* of a sweep; null: none */
 };
 
 typedef struct gtaoi_layout {
@@ -1098,6 +1336,10 @@ static int gtaoi_positive(float x) {
 static int gtaoi_stride_ok(ptrdiff_t stride, int row_bytes, int unit) {
     ptrdiff_t s = stride < 0 ? -stride : stride;
     return stride == 0 || (s >= row_bytes && s % unit == 0);
+}
+
+static int gtaoi_sh_count(const gtao_output *o) {
+    return o->sh_bands == 2 ? 4 : 9;
 }
 
 /* Whether anything has a back. */
@@ -1200,10 +1442,24 @@ static gtao_result gtaoi_check_desc(const gtao_desc *d) {
     return GTAO_OK;
 }
 
+/* The planes follow one another, or their rows alternate. */
+static int gtaoi_sh_ok(const gtao_desc *d, const gtao_output *o) {
+    uint64_t bytes = (uint64_t)d->width * 4, row = bytes, plane = (uint64_t)o->sh_plane_stride;
+    if ((o->sh_bands != 0 && o->sh_bands != 2 && o->sh_bands != 3) || !gtaoi_stride_ok(o->sh_stride, d->width * 4, 4))
+        return 0;
+    if (o->sh_stride)
+        row = (uint64_t)(o->sh_stride < 0 ? -o->sh_stride : o->sh_stride);
+    if (o->sh_plane_stride < 0)
+        plane = 0 - plane;
+    return plane == 0 || (plane % 4 == 0 && plane >= bytes &&
+                          ((plane - bytes) / row >= (uint64_t)d->height - 1 ||
+                           (row - bytes) / plane >= (uint64_t)gtaoi_sh_count(o) - 1));
+}
+
 static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) {
     static const int bytes[] = {4, 1, 2};
     int components;
-    if (!o || (!o->visibility && !o->bent_normals && !o->packed && !o->signal))
+    if (!o || (!o->visibility && !o->bent_normals && !o->packed && !o->signal && !o->sh))
         return GTAO_ERROR_OUTPUT;
     if ((unsigned)o->visibility_format > GTAO_FORMAT_UNORM16)
         return GTAO_ERROR_OUTPUT_FORMAT;
@@ -1214,6 +1470,8 @@ static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) 
         (o->bent_normals && !gtaoi_stride_ok(o->bent_stride, d->width * components * 4, 4)) ||
         (o->packed && !gtaoi_stride_ok(o->packed_stride, d->width * 4, 4)))
         return GTAO_ERROR_OUTPUT_STRIDE;
+    if (o->sh && !gtaoi_sh_ok(d, o))
+        return GTAO_ERROR_OUTPUT_SH;
     if (o->signal && ((o->signal_planes != 0 && o->signal_planes != 2 && o->signal_planes != 5) ||
                       !gtaoi_stride_ok(o->signal_stride, d->width * 4, 4) || o->signal_plane_stride % 4 != 0))
         return GTAO_ERROR_SIGNAL;
@@ -1562,13 +1820,18 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
         c->o.bent_stride = (ptrdiff_t)desc->width * c->o.bent_components * 4;
     if (!c->o.packed_stride)
         c->o.packed_stride = (ptrdiff_t)desc->width * 4;
+    if (!c->o.sh_stride)
+        c->o.sh_stride = (ptrdiff_t)desc->width * 4;
+    if (!c->o.sh_plane_stride)
+        c->o.sh_plane_stride = c->o.sh_stride * desc->height;
     if (!c->o.signal_stride)
         c->o.signal_stride = (ptrdiff_t)desc->width * 4;
     if (!c->o.signal_plane_stride)
         c->o.signal_plane_stride = c->o.signal_stride * desc->height;
     c->signal = !output->signal ? 0 : output->signal_planes ? output->signal_planes : 2;
 
-    c->every_pixel = l.every_pixel, c->slices = l.slices, c->max_steps = l.max_steps;
+    c->every_pixel = l.every_pixel, c->slices = c->slice_end = l.slices, c->max_steps = l.max_steps;
+    c->x_end = desc->width;
     c->per_pixel_noise = l.per_pixel_noise, c->period = l.period;
     c->classes = l.classes, c->class_base = l.class_base;
     c->extent_min = l.extent_min, c->extent_max = l.extent_max;
@@ -1585,7 +1848,7 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
     c->reach = gtaoi_min(desc->radius / unit, 1e18f); /* its square is finite */
     c->inner2 = (1.0f - desc->falloff) * (1.0f - desc->falloff);
     c->cosines = desc->estimator == GTAO_ESTIMATOR_MEMO || desc->thin_blend > 0.0f;
-    c->bent = output->bent_normals || output->packed || c->signal == 5;
+    c->bent = output->bent_normals || output->packed || output->sh || c->signal == 5;
     c->arcs = gtaoi_has_arcs(desc);
     c->inv_falloff = desc->falloff > 0.0f ? 1.0f / desc->falloff : 0.0f;
     c->z_sky = desc->sky_z > 0.0f ? desc->sky_z : (float)HUGE_VAL;
@@ -1786,6 +2049,29 @@ static float gtaoi_ry2(const gtao_context *c, int y) {
     return ry * ry + 1.0f;
 }
 
+/* Index of the lowest and of the highest bit; m is not 0. */
+GTAOI_INLINE int gtaoi_lowest(unsigned m) {
+#if defined(__GNUC__) || defined(__clang__)
+    return __builtin_ctz(m);
+#else
+    int i = 0;
+    while (!(m >> i & 1))
+        i++;
+    return i;
+#endif
+}
+
+GTAOI_INLINE int gtaoi_highest(unsigned m) {
+#if defined(__GNUC__) || defined(__clang__)
+    return 31 - __builtin_clz(m);
+#else
+    int i = 31;
+    while (!(m >> i & 1))
+        i--;
+    return i;
+#endif
+}
+
 GTAOI_INLINE int gtaoi_popcount(unsigned m) { /* of 16 bits */
     m = (m & 0x5555u) + (m >> 1 & 0x5555u);
     m = (m & 0x3333u) + (m >> 2 & 0x3333u);
@@ -1879,13 +2165,14 @@ struct gtao_frame_context {
     float *normals, *motion;      /* planes x, y, z of the chosen pixels: unit normals, motion in pixels */
     uint8_t *mask;                /* rows of pass->d.mask_stride bytes */
     int tiles_x, tiles_y;
-    uint8_t *changed, *rest;               /* of each tile: inputs changed now; at rest, history stands still */
-    uint16_t *still;                       /* frames since its horizons last could change */
-    float *nearest;                        /* greatest height */
-    float tolerance_scale, tolerance_bias; /* of height differences: scale w + bias */
-    float ray_max;                         /* greatest |r| */
-    int moved;                             /* the camera */
-    float before[12];                      /* view_to_previous, translation in units of the heights */
+    uint8_t *changed, *rest;                     /* of each tile: inputs changed now; at rest, history stands still */
+    uint16_t *still;                             /* frames since its horizons last could change */
+    float *nearest;                              /* greatest height */
+    float tolerance_scale, tolerance_bias;       /* of height differences: scale w + bias; in space, */
+    float disocclusion_scale, disocclusion_bias; /* in time */
+    float ray_max;                               /* greatest |r| */
+    int moved;                                   /* the camera */
+    float before[12];                            /* view_to_previous, translation in units of the heights */
     float before_fx, before_fy, before_cx, before_cy; /* previous camera, filters' resolution */
     float window[2][5];                               /* weights of the first pass and of the others, offsets -2 .. 2 */
     int window_shift;                                 /* first pass: its window covers -2 .. 1 or -1 .. 2 */
@@ -2069,6 +2356,222 @@ static void gtaoi_judge_tiles(const gtao_frame_context *f, int ty0, int ty1) {
         }
 }
 
+/* ---- the sweep: plan -------------------------------------------------------------------------------------------- */
+
+#define GTAOI_TILE 16   /* lines in a group and columns in a tile, whatever the width: part of the results */
+#define GTAOI_LAG 8     /* a sample is compared with its neighbours so far off before it becomes a vertex */
+#define GTAOI_BLOCK 8   /* tiles whose highest sample tells at once whether one of them matters */
+#define GTAOI_MARGIN 64 /* positions of sky before and after each line */
+
+/* What one pass of a sweep over the rows reads and writes. */
+typedef struct gtaoi_pass {
+    float *tilt_x, *tilt_y; /* first pass: gradients, at row 0 and column 0; else null */
+    ptrdiff_t tilt_pitch;
+    const float *beyond; /* far horizons: planes of both sides of the slices from slice_begin on, height per column */
+    ptrdiff_t beyond_pitch;
+    size_t beyond_plane;
+    float *sums; /* [row][block][field][pixel] */
+    size_t sums_row;
+    int fields;
+    const gtao_sweep_options *options; /* horizon maps */
+} gtaoi_pass;
+
+/* How a slice is cut into lines: line l passes column i of the longer axis at l + slope i + phase. */
+typedef struct gtaoi_cut {
+    int x_major, n_major, n_minor;
+    double slope, phase;
+    int line_begin, groups;
+    int ascending; /* the columns, along the slice */
+} gtaoi_cut;
+
+struct gtao_sweep {
+    gtao_context *c; /* searches the near pixels and integrates */
+    gtao_sweep_options o;
+    int batch, bands, y_begin, y_end;
+    int lead;      /* columns beyond the border that occlude, if it is not open */
+    float *turned; /* the height buffer with rows and columns swapped, at pixel (0, 0) */
+    ptrdiff_t turned_pitch;
+    float *tilt[2][2]; /* gradients of the tangent planes along [x, y], laid out as the height buffer and as `turned`;
+                        * only if the radius is finite */
+    float *beyond;
+    ptrdiff_t beyond_pitch;
+    size_t beyond_plane;
+    float *sums;
+    size_t sums_row;
+    int fields;
+    float *inverse; /* 1 / k */
+};
+
+typedef struct gtaoi_sweep_layout {
+    int batch, fields, longest, lead, seeds, farthest;
+    ptrdiff_t pitch, turned_pitch, beyond_pitch;
+    uint64_t sweep, turned, tilt[2][2], beyond, sums, inverse, total; /* byte offsets */
+    uint64_t work;                                                    /* bytes */
+} gtaoi_sweep_layout;
+
+/* Of an upper hull: position, height, and slope from the vertex before. */
+typedef struct gtaoi_vertex {
+    float w, across, slope; /* across: gradient of the heights across the line */
+    int32_t t;
+} gtaoi_vertex;
+
+/* One group of lines on its way. */
+typedef struct gtaoi_lines {
+    const gtao_context *c;
+    const float *plane;                    /* heights, minor axis contiguous, at (0, 0) */
+    const float *tilt_along, *tilt_across; /* gradients of the tangent planes, likewise */
+    ptrdiff_t pitch;
+    int n_major, n_minor, x_major;
+    double slope, phase;
+    int line;                 /* the first */
+    int first;                /* column of position 0 */
+    int begin, end;           /* positions of receivers */
+    int count, tiles;         /* positions */
+    int backward[2];          /* whether the + and - sides look towards the greater columns */
+    int want_begin, want_end; /* along the minor axis */
+    float *beyond;
+    ptrdiff_t beyond_pitch;
+    size_t beyond_plane;
+    const float *inverse; /* 1 / |k|, k also negative */
+    ptrdiff_t length;     /* of a line's part of the buffers */
+    float *strip;         /* heights on the lines, [line][position] */
+    float *across;        /* their gradients across the lines */
+    float *base;          /* heights of the receivers, the pixels nearest to the lines */
+    float *aside;         /* how far a line passes from its receivers, [position] */
+    gtaoi_vertex *vertex; /* upper hulls, [line][room] */
+    ptrdiff_t room;
+    const gtao_sweep_options *options;
+    int *minor;           /* pixel of the first line at each position */
+    uint16_t *above;      /* [line][tile]: samples that may be vertices */
+    float *ahead;         /* slopes of the tangent planes along the lines, [line][position] */
+    float *highest;       /* [line][tile] */
+    float *highest_block; /* [line][block] */
+    const gtaoi_slice *slice;
+    int depth[GTAOI_TILE]; /* last vertex */
+} gtaoi_lines;
+
+/* A vertex at the end of an upper hull, whose slopes fall; returns where it is. */
+GTAOI_INLINE gtaoi_vertex *gtaoi_push_vertex(gtaoi_vertex *top, const float *inverse, int t, float w, float across) {
+    GTAOI_NO_CONTRACT
+    float slope = (w - top->w) * inverse[t - top->t];
+    while (slope >= top->slope)
+        top--, slope = (w - top->w) * inverse[t - top->t];
+    top++;
+    top->w = w, top->across = across, top->slope = slope, top->t = t;
+    return top;
+}
+
+/* Height of a depth, orthographic. */
+static float gtaoi_line_height(const gtao_context *c, float depth) {
+    GTAOI_NO_CONTRACT
+    float w = depth * c->w_scale;
+    int visible = gtaoi_finite(depth);
+    if (c->d.depth_kind == GTAO_DEPTH_DEVICE)
+        w += c->w_bias, visible = c->w_far < w && w < FLT_MAX;
+    else if (c->d.depth_kind != GTAO_DEPTH_HEIGHT)
+        visible = depth > 0.0f && depth < c->z_sky;
+    return visible ? gtaoi_clamp(w, -GTAOI_ORTHO_LIMIT, GTAOI_ORTHO_LIMIT) : GTAOI_SKY;
+}
+
+/* Further vertices, the bits of 16 samples from `at` on, at the end of a line's upper hull, whose slopes fall. The first
+ * two stand so low that they are never taken nor seen. */
+static void gtaoi_push_vertices(gtaoi_lines *l, int line, int at, unsigned bits, int backward) {
+    GTAOI_NO_CONTRACT
+    gtaoi_vertex *first = l->vertex + (ptrdiff_t)line * l->room, *top = first + l->depth[line];
+    const float *w = l->strip + (ptrdiff_t)line * l->length + at, *across = w + (l->across - l->strip);
+    while (bits) {
+        int k = backward ? gtaoi_highest(bits) : gtaoi_lowest(bits);
+        top = gtaoi_push_vertex(top, l->inverse, at + k, w[k], across[k]);
+        bits ^= 1u << k;
+    }
+    l->depth[line] = (int)(top - first);
+}
+
+/* What the caller knows beyond the image, at whole columns: the first vertices. */
+static void gtaoi_seed_vertices(gtaoi_lines *l, int line, int backward) {
+    GTAOI_NO_CONTRACT
+    float distance[GTAO_BEYOND_CAPACITY], depth[GTAO_BEYOND_CAPACITY];
+    gtaoi_vertex *first = l->vertex + (ptrdiff_t)line * l->room, *top = first + l->depth[line];
+    int p = backward ? l->count - 1 : 0, step = backward ? -1 : 1, last, n, i;
+    double unit = 1.0 / sqrt(1.0 + l->slope * l->slope), x, y, dx = (double)-step * unit, dy = dx * l->slope;
+    while (p >= 0 && p < l->count && (l->minor[p] + line < 0 || l->minor[p] + line >= l->n_minor))
+        p += step;
+    if (p < 0 || p >= l->count)
+        return;
+    x = (double)(l->first + p), y = (double)(l->line + line) + l->slope * x + l->phase;
+    x += 0.5, y += 0.5;
+    if (l->x_major)
+        n = l->options->beyond(l->options->beyond_user, x, y, dx, dy, GTAO_BEYOND_CAPACITY, distance, depth);
+    else
+        n = l->options->beyond(l->options->beyond_user, y, x, dy, dx, GTAO_BEYOND_CAPACITY, distance, depth);
+    last = l->options->beyond_reach + 1;
+    for (i = 0; i < gtaoi_imin(n, GTAO_BEYOND_CAPACITY); i++) {
+        float w = gtaoi_line_height(l->c, depth[i]);
+        int t;
+        if (!(distance[i] >= 0.0f && distance[i] <= (float)l->options->beyond_reach) || w < GTAOI_SKY_LIMIT)
+            continue;
+        t = gtaoi_imax((int)((double)distance[i] * unit + 0.5), 1);
+        if (t >= last) { /* two at one column: the higher one */
+            if (t > last || w <= top->w)
+                continue;
+            top--;
+        }
+        last = t;
+        top = gtaoi_push_vertex(top, l->inverse, p - step * t, w, 0.0f);
+    }
+    l->depth[line] = (int)(top - first);
+}
+
+/* Empty hulls, and sky around the lines. */
+static void gtaoi_sweep_start(gtaoi_lines *l, int backward) {
+    int i;
+    for (i = 0; i < GTAOI_TILE; i++) {
+        gtaoi_vertex *v = l->vertex + i * l->room;
+        float *strip = l->strip + i * l->length;
+        gtaoi_fill_sky(strip - GTAOI_MARGIN, GTAOI_MARGIN);
+        gtaoi_fill_sky(strip + l->tiles * GTAOI_TILE, GTAOI_MARGIN);
+        strip = l->across + i * l->length;
+        memset(strip - GTAOI_MARGIN, 0, GTAOI_MARGIN * sizeof(float));
+        memset(strip + l->tiles * GTAOI_TILE, 0, GTAOI_MARGIN * sizeof(float));
+        v->w = GTAOI_SKY, v->across = 0.0f, v->slope = FLT_MAX;
+        v->t = backward ? l->tiles * GTAOI_TILE + GTAOI_MARGIN : -GTAOI_MARGIN;
+        v[1] = v[0];
+        l->depth[i] = 1;
+    }
+}
+
+/* Far horizons of a tile to their plane: found[line][position]; turned[position][line] if the lines go along y. */
+static void gtaoi_sweep_store(const gtaoi_lines *l, int side, int tile, const float *found) {
+    int wrap = l->c->d.border == GTAO_BORDER_WRAP, n = wrap ? gtaoi_imin(l->n_minor - l->line, GTAOI_TILE) : GTAOI_TILE;
+    int u, k, at = tile * GTAOI_TILE, whole = n == GTAOI_TILE && at >= l->begin && at + GTAOI_TILE <= l->end;
+    ptrdiff_t offset[GTAOI_TILE], along = l->x_major ? l->beyond_pitch : 1, across = l->x_major ? 1 : l->beyond_pitch;
+    float *to = l->beyond + (size_t)side * l->beyond_plane;
+    const int *minor = l->minor + at;
+    for (u = 0; u < GTAOI_TILE; u++) {
+        whole &= minor[u] >= l->want_begin && minor[u] + GTAOI_TILE <= l->want_end;
+        offset[u] = minor[u] * along + (l->first + at + u) * across;
+    }
+    if (whole && l->x_major) {
+        for (k = 0; k < GTAOI_TILE; k++, to += along, found += GTAOI_TILE)
+            for (u = 0; u < GTAOI_TILE; u++)
+                to[offset[u]] = found[u];
+        return;
+    }
+    for (u = 0; u < GTAOI_TILE; u++) {
+        const float *from = found + (l->x_major ? u : u * GTAOI_TILE);
+        if (whole) {
+            memcpy(to + offset[u], from, GTAOI_TILE * sizeof(float));
+            continue;
+        }
+        for (k = 0; at + u >= l->begin && at + u < l->end && k < n; k++) {
+            int y = minor[u] + k;
+            y = wrap ? gtaoi_wrap(y, l->n_minor) : y;
+            if (y >= l->want_begin && y < l->want_end)
+                to[y * along + (l->first + at + u) * across] = from[l->x_major ? k * GTAOI_TILE : k];
+        }
+    }
+}
+
 /* ---- one table of operations per width, and the self-inclusions ------------------------------------------------- */
 
 /* GV: float vector, GM: mask, their operations GV_ and GM_, suffix-free so that the kernels read as formulas. Undefined
@@ -2134,6 +2637,25 @@ GTAO_API void gtao_visibility_rows(const gtao_context *context, int row_begin, i
         memset(&unused, 0, sizeof unused), stats = &unused;
     row_begin = gtaoi_imax(row_begin, 0), row_end = gtaoi_imin(row_end, context->d.height);
     GTAOI_DISPATCH(context->d.isa, gtaoi_visibility, (context, row_begin, row_end, stats));
+}
+
+GTAO_API void gtao_irradiance_rows(const gtao_desc *desc, const gtao_output *output, const float probe[27], float *rgb,
+                                   ptrdiff_t rgb_stride, int row_begin, int row_end) {
+    ptrdiff_t row = output->sh_stride ? output->sh_stride : (ptrdiff_t)desc->width * 4, plane = output->sh_plane_stride;
+    int x, y, i, n = gtaoi_sh_count(output);
+    float sh[9] = {0};
+    if (!plane)
+        plane = row * desc->height;
+    row_begin = gtaoi_imax(row_begin, 0), row_end = gtaoi_imin(row_end, desc->height);
+    for (y = row_begin; y < row_end; y++) {
+        const char *from = (const char *)output->sh + (ptrdiff_t)y * row;
+        char *to = (char *)rgb + (ptrdiff_t)y * (rgb_stride ? rgb_stride : (ptrdiff_t)desc->width * 12);
+        for (x = 0; x < desc->width; x++) {
+            for (i = 0; i < n; i++)
+                memcpy(&sh[i], from + (ptrdiff_t)i * plane + (ptrdiff_t)x * 4, sizeof sh[i]);
+            gtao_irradiance(sh, probe, (float *)(void *)(to + (ptrdiff_t)x * 12));
+        }
+    }
 }
 
 GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *output, void *scratch, size_t scratch_size,
@@ -2356,6 +2878,8 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
         return result;
     if (output && output->signal)
         return GTAO_ERROR_SIGNAL;
+    if (output && output->sh)
+        return GTAO_ERROR_OUTPUT_SH;
     result = gtaoi_check_output(&frame->desc, output);
     if (result != GTAO_OK)
         return result;
@@ -2383,8 +2907,6 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     f->bent = l.bent, f->passes = l.passes, f->temporal = l.temporal;
     f->pitch = l.pitch, f->plane = floats;
     f->tiles_x = l.tiles_x, f->tiles_y = l.tiles_y;
-    if (f->f.depth_tolerance == 0.0f)
-        f->f.depth_tolerance = 0.1f;
     if (f->f.clamp_window == 0.0f)
         f->f.clamp_window = 0.5f;
     if (!f->f.max_history)
@@ -2444,8 +2966,15 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     f->pass->normal_plane = frame->desc.normals ? floats : 0;
     f->pass->frame = f;
 
-    f->tolerance_scale = f->pass->orthographic ? 0.0f : f->f.depth_tolerance;
-    f->tolerance_bias = f->pass->orthographic ? f->f.depth_tolerance * gtaoi_min(f->pass->reach, 1e15f) : 0.0f;
+    if (frame->depth_tolerance > 0.0f) {
+        f->tolerance_scale = f->pass->orthographic ? 0.0f : frame->depth_tolerance;
+        f->tolerance_bias = f->pass->orthographic ? frame->depth_tolerance * gtaoi_min(f->pass->reach, 1e15f) : 0.0f;
+    } else {
+        f->tolerance_scale = f->pass->orthographic ? 0.0f : GTAOI_TOLERANCE_PX * 0.5f * (f->pass->bx1 + f->pass->by1);
+        f->tolerance_bias = f->pass->orthographic ? GTAOI_TOLERANCE_PX : 0.0f;
+    }
+    f->disocclusion_scale = f->pass->orthographic ? 0.0f : GTAOI_DISOCCLUSION;
+    f->disocclusion_bias = f->pass->orthographic ? GTAOI_DISOCCLUSION * gtaoi_min(f->pass->reach, 1e15f) : 0.0f;
     x = gtaoi_max(f->pass->cx, (float)f->width - f->pass->cx) * f->pass->bx1;
     y = gtaoi_max(f->pass->cy, (float)f->height - f->pass->cy) * f->pass->by1;
     f->ray_max = f->pass->orthographic ? 1.0f : sqrtf(gtaoi_min(x * x + y * y + 1.0f, 1e30f));
@@ -2565,6 +3094,381 @@ GTAO_API const float *gtao_frame_plane(const gtao_frame_context *context, gtao_p
     return (unsigned)plane <= GTAO_PLANE_LENGTH ? planes[plane] : 0;
 }
 
+/* ---- the sweep: stages ------------------------------------------------------------------------------------------ */
+
+/* The description that the near pixels are searched with. */
+static gtao_desc gtaoi_near_desc(const gtao_desc *desc) {
+    gtao_desc d = *desc;
+    d.every_pixel = 1;
+    d.max_radius_px = GTAO_SWEEP_NEAR + GTAO_SWEEP_NEAR / 2; /* along the diagonal, too */
+    d.noise = GTAO_NOISE_NONE;
+    if (d.slices == 0)
+        d.slices = 32;
+    return d;
+}
+
+static gtao_result gtaoi_check_sweep(const gtao_desc *d, const gtao_output *o, const gtao_sweep_options *s) {
+    gtao_result result = gtaoi_check_desc(d);
+    if (result != GTAO_OK)
+        return result;
+    if (d->estimator == GTAO_ESTIMATOR_MEMO || d->thin_blend > 0.0f || d->thickness > 0.0f || d->thickness_map ||
+        d->back || d->layer_count > 0 || (o && (o->sh || o->signal)))
+        return GTAO_ERROR_SWEEP;
+    if (!(s && s->horizons && !o))
+        result = gtaoi_check_output(d, o);
+    if (result != GTAO_OK || !s)
+        return result;
+    if (s->region[0] || s->region[1] || s->region[2] || s->region[3]) {
+        if (s->region[0] < 0 || s->region[1] < 0 || s->region[2] <= s->region[0] || s->region[3] <= s->region[1] ||
+            s->region[2] > d->width || s->region[3] > d->height)
+            return GTAO_ERROR_REGION;
+    }
+    if (s->horizons) {
+        ptrdiff_t rows = s->horizon_stride ? s->horizon_stride : (ptrdiff_t)d->width * 4;
+        ptrdiff_t plane = s->horizon_plane < 0 ? -s->horizon_plane : s->horizon_plane;
+        rows = (rows < 0 ? -rows : rows) * (d->height - 1) + (ptrdiff_t)d->width * 4;
+        if (!gtaoi_stride_ok(s->horizon_stride, d->width * 4, 4) || plane % 4 != 0 || (plane && plane < rows))
+            return GTAO_ERROR_HORIZONS;
+    }
+    if (s->beyond && (d->border != GTAO_BORDER_OPEN || d->camera.projection != GTAO_ORTHOGRAPHIC ||
+                      s->beyond_reach < 1 || s->beyond_reach > 1048576))
+        return GTAO_ERROR_BEYOND;
+    if (s->batch < 0 || s->batch > 64)
+        return GTAO_ERROR_BATCH;
+    return GTAO_OK;
+}
+
+static uint64_t gtaoi_align64(uint64_t x) {
+    return (x + 63) / 64 * 64;
+}
+
+static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gtao_sweep_options *s,
+                             gtaoi_sweep_layout *l) {
+    gtao_desc near_desc = gtaoi_near_desc(d);
+    gtaoi_layout n;
+    int diagonal = (int)sqrt((double)d->width * (double)d->width + (double)d->height * (double)d->height) + 1;
+    uint64_t w = (uint64_t)d->width, h = (uint64_t)d->height;
+    gtaoi_plan(&near_desc, &n);
+    memset(l, 0, sizeof *l);
+    l->batch = gtaoi_imin(s && s->batch ? s->batch : 4, near_desc.slices);
+    l->fields = o && (o->bent_normals || o->packed) ? 8 : 2;
+    l->lead = d->border == GTAO_BORDER_OPEN ? 0 : diagonal;
+    if (l->lead && d->camera.projection == GTAO_ORTHOGRAPHIC) {
+        float reach = d->radius / gtaoi_min(d->camera.sx, gtaoi_sy(&d->camera)) + 1.0f;
+        if (reach < (float)l->lead)
+            l->lead = (int)reach;
+    }
+    l->longest = gtaoi_imax(d->width, d->height) + 2 * l->lead;
+    l->pitch = n.pitch;
+    l->turned_pitch = (d->height + 2 * GTAOI_PAD + GTAOI_LANES + 15) & ~15;
+    if (l->turned_pitch % 1024 == 0)
+        l->turned_pitch += 16;
+    l->beyond_pitch = (d->width + 63) & ~63;
+    if (l->beyond_pitch % 1024 == 0)
+        l->beyond_pitch += 16;
+    l->sweep = gtaoi_align64(n.total);
+    l->turned = l->sweep + gtaoi_align64(sizeof(struct gtao_sweep));
+    l->beyond = l->turned + gtaoi_align64(w * (uint64_t)l->turned_pitch * 4);
+    if (d->radius < 1e30f) {
+        int i;
+        for (i = 0; i < 4; i++) {
+            l->tilt[i / 2][i % 2] = l->beyond;
+            l->beyond += gtaoi_align64((i % 2 ? w * (uint64_t)l->turned_pitch : h * (uint64_t)l->pitch) * 4);
+        }
+    }
+    l->sums = l->beyond + gtaoi_align64(2 * (uint64_t)l->batch * h * (uint64_t)l->beyond_pitch * 4);
+    l->inverse = l->sums;
+    if (l->batch < near_desc.slices)
+        l->inverse += gtaoi_align64(h * (uint64_t)l->fields * ((w + 63) / 64 * 64) * 4);
+    l->seeds = s && s->beyond ? GTAO_BEYOND_CAPACITY : 0;
+    l->farthest = l->longest + (s && s->beyond ? s->beyond_reach : 0) + 2 * GTAOI_MARGIN;
+    l->total = l->inverse + (2 * (uint64_t)l->farthest + 1) * 4 + 63;
+    /* a group of lines: heights, tangent planes and hulls; or the gradients of a band of rows */
+    l->work = ((uint64_t)GTAOI_TILE * 32 + 24) * ((uint64_t)l->longest + GTAOI_TILE + 2 * GTAOI_MARGIN) +
+              (uint64_t)GTAOI_TILE * sizeof(gtaoi_vertex) * (uint64_t)l->seeds;
+    if (l->work < (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4)
+        l->work = (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4;
+    l->work = gtaoi_align64(l->work) + 63;
+}
+
+GTAO_API size_t gtao_sweep_scratch_size(const gtao_desc *desc, const gtao_output *output,
+                                        const gtao_sweep_options *options) {
+    gtaoi_sweep_layout l;
+    if (gtaoi_check_sweep(desc, output, options) != GTAO_OK)
+        return 0;
+    gtaoi_plan_sweep(desc, output, options, &l);
+    return l.total <= SIZE_MAX ? (size_t)l.total : 0;
+}
+
+GTAO_API size_t gtao_sweep_work_size(const gtao_desc *desc, const gtao_sweep_options *options) {
+    gtaoi_sweep_layout l;
+    if (gtaoi_check_desc(desc) != GTAO_OK)
+        return 0;
+    gtaoi_plan_sweep(desc, 0, options, &l);
+    return l.work <= SIZE_MAX ? (size_t)l.work : 0;
+}
+
+GTAO_API gtao_result gtao_sweep_begin(const gtao_desc *desc, const gtao_output *output,
+                                      const gtao_sweep_options *options, void *scratch, size_t scratch_size,
+                                      gtao_sweep **sweep) {
+    gtao_result result = gtaoi_check_sweep(desc, output, options);
+    gtao_output none;
+    gtao_desc near_desc;
+    gtaoi_sweep_layout l;
+    gtao_context *c;
+    gtao_sweep *s;
+    char *base;
+    size_t i;
+    if (result != GTAO_OK)
+        return result;
+    gtaoi_plan_sweep(desc, output, options, &l);
+    if (!scratch || scratch_size < l.total || !sweep)
+        return GTAO_ERROR_SCRATCH;
+    memset(&none, 0, sizeof none);
+    none.visibility = scratch;
+    near_desc = gtaoi_near_desc(desc);
+    result = gtao_begin(&near_desc, output ? output : &none, scratch, scratch_size, &c);
+    if (result != GTAO_OK)
+        return result;
+    base = (char *)c;
+    s = (gtao_sweep *)(void *)(base + l.sweep);
+    memset(s, 0, sizeof *s);
+    *sweep = s;
+    s->c = c;
+    if (!output)
+        c->o.visibility = 0;
+    if (options)
+        s->o = *options;
+    if (s->o.region[2] == 0)
+        s->o.region[2] = desc->width, s->o.region[3] = desc->height;
+    if (s->o.horizon_stride == 0)
+        s->o.horizon_stride = (ptrdiff_t)desc->width * 4;
+    if (s->o.horizon_plane == 0)
+        s->o.horizon_plane = (s->o.horizon_stride < 0 ? -s->o.horizon_stride : s->o.horizon_stride) * desc->height;
+    c->x_begin = s->o.region[0], c->x_end = s->o.region[2];
+    for (i = 0; i < (size_t)c->period * (size_t)c->period * (size_t)c->slices * (size_t)c->classes; i++)
+        c->count[i] = gtaoi_imin(c->count[i], GTAO_SWEEP_NEAR);
+    s->batch = l.batch, s->fields = l.fields, s->lead = l.lead;
+    s->y_begin = s->o.region[1], s->y_end = s->o.region[3];
+    s->bands = (desc->height + GTAOI_TILE - 1) / GTAOI_TILE;
+    s->turned_pitch = l.turned_pitch, s->beyond_pitch = l.beyond_pitch;
+    s->turned = (float *)(void *)(base + l.turned) + GTAOI_PAD;
+    for (i = 0; i < 4 && c->bounded; i++)
+        s->tilt[i / 2][i % 2] = (float *)(void *)(base + l.tilt[i / 2][i % 2]) + GTAOI_PAD;
+    s->beyond = (float *)(void *)(base + l.beyond);
+    s->beyond_plane = (size_t)desc->height * (size_t)l.beyond_pitch;
+    s->sums = (float *)(void *)(base + l.sums);
+    s->sums_row = (size_t)((desc->width + 63) & ~63) * (size_t)l.fields;
+    s->inverse = (float *)(void *)(base + l.inverse) + l.farthest;
+    s->inverse[0] = 0.0f;
+    for (i = 1; i <= (size_t)l.farthest; i++)
+        s->inverse[i] = s->inverse[-(ptrdiff_t)i] = (float)(1.0 / (double)i);
+    return GTAO_OK;
+}
+
+/* Phases: heights; gradients and the turned buffers; then, for every batch of slices, lines and rows. */
+GTAO_API int gtao_sweep_phases(const gtao_sweep *sweep) {
+    return 2 + 2 * ((sweep->c->slices + sweep->batch - 1) / sweep->batch);
+}
+
+static gtaoi_cut gtaoi_cut_slice(const gtao_sweep *s, int k) {
+    GTAOI_NO_CONTRACT
+    const gtao_context *c = s->c;
+    gtaoi_cut cut;
+    double dx, dy, low, high, golden = ((double)k + 1.0) * 0.61803398874989485;
+    gtaoi_sincospi(((double)k + 0.5) / (double)c->slices, &dy, &dx);
+    cut.x_major = (dx < 0.0 ? -dx : dx) >= (dy < 0.0 ? -dy : dy);
+    cut.n_major = cut.x_major ? c->d.width : c->d.height;
+    cut.n_minor = cut.x_major ? c->d.height : c->d.width;
+    cut.slope = cut.x_major ? dy / dx : dx / dy;
+    cut.phase = golden - (double)(int)golden; /* so that the lines of different slices pass the pixels differently */
+    cut.ascending = (cut.x_major ? dx : dy) > 0.0;
+    low = cut.slope * (double)(cut.n_major - 1), high = low > 0.0 ? low : 0.0;
+    low = low < 0.0 ? low : 0.0;
+    cut.line_begin = 0, cut.groups = (cut.n_minor + GTAOI_TILE - 1) / GTAOI_TILE;
+    if (c->d.border != GTAO_BORDER_WRAP) {
+        cut.line_begin = -(int)high - 2;
+        cut.groups = (cut.n_minor + 1 - (int)low - cut.line_begin + GTAOI_TILE) / GTAOI_TILE;
+    }
+    return cut;
+}
+
+static int gtaoi_batch_end(const gtao_sweep *s, int phase) {
+    return gtaoi_imin((phase / 2) * s->batch, s->c->slices);
+}
+
+GTAO_API int gtao_sweep_units(const gtao_sweep *sweep, int phase) {
+    int k, units = 0;
+    if (phase < 0 || phase >= gtao_sweep_phases(sweep))
+        return 0;
+    if (phase < 2)
+        return sweep->bands;
+    if (phase & 1)
+        return (sweep->y_end - sweep->y_begin + GTAOI_TILE - 1) / GTAOI_TILE;
+    for (k = (phase / 2 - 1) * sweep->batch; k < gtaoi_batch_end(sweep, phase); k++)
+        units += gtaoi_cut_slice(sweep, k).groups;
+    return units;
+}
+
+/* The turned height buffer's share of a band of rows; if the radius is finite, the gradients there. */
+static void gtaoi_sweep_turn(const gtao_sweep *s, int band, float *work) {
+    gtao_context c = *s->c;
+    gtaoi_pass pass;
+    int w = c.d.width, h = c.d.height, y0 = band * GTAOI_TILE, y1 = gtaoi_imin(y0 + GTAOI_TILE, h), x, y, i;
+    for (y = y0 == 0 ? -GTAOI_PAD : y0; y < (y1 == h ? (int)s->turned_pitch - GTAOI_PAD : y1); y++) {
+        const float *heights = gtaoi_row(&c, y) + GTAOI_PAD;
+        for (x = 0; x < w; x++)
+            s->turned[(ptrdiff_t)x * s->turned_pitch + y] = heights[x];
+    }
+    for (i = 0; i < 2 * s->batch; i++) /* what is read past the rows' ends */
+        for (y = y0; y < y1; y++)
+            for (x = w; x < s->beyond_pitch; x++)
+                s->beyond[(size_t)i * s->beyond_plane + (size_t)((ptrdiff_t)y * s->beyond_pitch + x)] = 0.0f;
+    if (!c.bounded)
+        return;
+    (void)work;
+    for (i = 0; i < 2; i++)
+        for (y = y0; y < y1; y++)
+            memset(s->tilt[i][0] + (ptrdiff_t)y * c.pitch - GTAOI_PAD, 0, (size_t)c.pitch * sizeof(float));
+    memset(&pass, 0, sizeof pass);
+    pass.tilt_x = s->tilt[0][0], pass.tilt_y = s->tilt[1][0];
+    pass.tilt_pitch = c.pitch;
+    c.pass = &pass, c.x_begin = 0, c.x_end = w;
+    gtao_visibility_rows(&c, y0, y1, 0);
+    for (i = 0; i < 2; i++)
+        for (y = y0 == 0 ? -GTAOI_PAD : y0; y < (y1 == h ? (int)s->turned_pitch - GTAOI_PAD : y1); y++)
+            for (x = 0; x < w; x++)
+                s->tilt[i][1][(ptrdiff_t)x * s->turned_pitch + y] =
+                    y >= 0 && y < h ? s->tilt[i][0][(ptrdiff_t)y * c.pitch + x] : 0.0f;
+}
+
+/* First and last + 1 column at which a group of lines is over the image, give or take one. */
+static void gtaoi_sweep_span(const gtaoi_cut *cut, int line, int *begin, int *end) {
+    GTAOI_NO_CONTRACT
+    /* -GTAOI_TILE - 1 < line + slope i + phase < n_minor */
+    double low = (double)(-GTAOI_TILE - 1 - line) - cut->phase, high = (double)(cut->n_minor - line) - cut->phase;
+    double n = (double)cut->n_major;
+    *begin = 0, *end = cut->n_major;
+    if (cut->slope < 0.0) {
+        double swap = -low;
+        low = -high, high = swap;
+    }
+    if (cut->slope == 0.0) {
+        if (low >= 0.0 || high <= 0.0)
+            *end = 0;
+        return;
+    }
+    low /= cut->slope < 0.0 ? -cut->slope : cut->slope;
+    high /= cut->slope < 0.0 ? -cut->slope : cut->slope;
+    *begin = low <= 0.0 ? 0 : low >= n ? cut->n_major : (int)low;
+    *end = high >= n ? cut->n_major : high <= 0.0 ? 0 : gtaoi_imin((int)high + 1, cut->n_major);
+}
+
+static void gtaoi_sweep_group(const gtao_sweep *s, int k, int group, int plane, void *work) {
+    const gtao_context *c = s->c;
+    gtaoi_cut cut = gtaoi_cut_slice(s, k);
+    gtaoi_lines l;
+    int begin = 0, end = cut.n_major, i;
+    memset(&l, 0, sizeof l);
+    l.c = c;
+    l.x_major = cut.x_major, l.n_major = cut.n_major, l.n_minor = cut.n_minor;
+    l.plane = cut.x_major ? s->turned : c->w + GTAOI_PAD;
+    l.tilt_along = s->tilt[!cut.x_major][cut.x_major], l.tilt_across = s->tilt[cut.x_major][cut.x_major];
+    l.slice = c->slice + k;
+    l.pitch = cut.x_major ? s->turned_pitch : c->pitch;
+    l.slope = cut.slope, l.phase = cut.phase;
+    l.line = cut.line_begin + group * GTAOI_TILE;
+    if (c->d.border != GTAO_BORDER_WRAP)
+        gtaoi_sweep_span(&cut, l.line, &begin, &end);
+    if (begin >= end)
+        return;
+    /* Rows that are not wanted need no line, columns that are not wanted no receivers. */
+    l.begin = s->lead, l.end = end - begin + s->lead, l.count = l.end + s->lead;
+    l.first = begin - s->lead;
+    l.tiles = (l.count + GTAOI_TILE - 1) / GTAOI_TILE;
+    l.backward[0] = cut.ascending, l.backward[1] = !cut.ascending;
+    i = cut.x_major ? 0 : 1;
+    l.begin = gtaoi_imax(l.begin, s->o.region[i] - l.first), l.end = gtaoi_imin(l.end, s->o.region[i + 2] - l.first);
+    l.want_begin = s->o.region[1 - i], l.want_end = s->o.region[3 - i];
+    l.beyond = s->beyond + (size_t)plane * s->beyond_plane;
+    l.beyond_pitch = s->beyond_pitch, l.beyond_plane = s->beyond_plane;
+    l.inverse = s->inverse;
+    l.length = l.tiles * GTAOI_TILE + 2 * GTAOI_MARGIN;
+    l.strip = (float *)work + GTAOI_MARGIN;
+    l.across = l.strip + GTAOI_TILE * l.length;
+    l.base = l.across + GTAOI_TILE * l.length;
+    l.vertex = (gtaoi_vertex *)(void *)((float *)work + 3 * GTAOI_TILE * l.length);
+    l.room = l.length + (s->o.beyond ? GTAO_BEYOND_CAPACITY : 0);
+    l.options = &s->o;
+    l.minor = (int *)(void *)(l.vertex + GTAOI_TILE * l.room);
+    l.ahead = (float *)(void *)(l.minor + l.length);
+    l.highest = l.ahead + GTAOI_TILE * l.length;
+    l.highest_block = l.highest + l.length;
+    l.aside = l.highest_block + l.length;
+    l.above = (uint16_t *)(void *)(l.aside + l.length);
+    memset(l.above, 0, GTAOI_TILE * (size_t)(l.tiles + 4) * sizeof(uint16_t));
+    gtaoi_sweep_start(&l, 0);
+    GTAOI_DISPATCH(c->d.isa, gtaoi_sweep_lines, (&l));
+}
+
+GTAO_API void gtao_sweep_run(const gtao_sweep *sweep, int phase, int unit_begin, int unit_end, void *work) {
+    int unit, k, first = (phase / 2 - 1) * sweep->batch;
+    if (phase < 0 || phase >= gtao_sweep_phases(sweep))
+        return;
+    work = (char *)work + ((64 - ((uintptr_t)work & 63)) & 63);
+    unit_begin = gtaoi_imax(unit_begin, 0), unit_end = gtaoi_imin(unit_end, gtao_sweep_units(sweep, phase));
+    for (unit = unit_begin; unit < unit_end; unit++) {
+        if (phase == 0) {
+            gtao_prepare_rows(sweep->c, unit * GTAOI_TILE, (unit + 1) * GTAOI_TILE);
+        } else if (phase == 1) {
+            gtaoi_sweep_turn(sweep, unit, (float *)work);
+        } else if (phase & 1) {
+            gtao_context c = *sweep->c;
+            gtaoi_pass pass;
+            int y = sweep->y_begin + unit * GTAOI_TILE;
+            memset(&pass, 0, sizeof pass);
+            pass.beyond = sweep->beyond, pass.beyond_pitch = sweep->beyond_pitch;
+            pass.beyond_plane = sweep->beyond_plane;
+            pass.sums = sweep->sums, pass.sums_row = sweep->sums_row, pass.fields = sweep->fields;
+            pass.options = &sweep->o;
+            c.pass = &pass, c.slice_begin = first, c.slice_end = gtaoi_batch_end(sweep, phase);
+            gtao_visibility_rows(&c, y, gtaoi_imin(y + GTAOI_TILE, sweep->y_end), 0);
+        } else {
+            int rest = unit;
+            for (k = first; rest >= gtaoi_cut_slice(sweep, k).groups; k++)
+                rest -= gtaoi_cut_slice(sweep, k).groups;
+            gtaoi_sweep_group(sweep, k, rest, 2 * (k - first), work);
+        }
+    }
+}
+
+GTAO_API gtao_result gtao_sweep_compute(const gtao_desc *desc, const gtao_output *output,
+                                        const gtao_sweep_options *options, void *scratch, size_t scratch_size,
+                                        gtao_progress progress, void *user) {
+    gtao_sweep *sweep;
+    gtao_result result = gtaoi_check_sweep(desc, output, options);
+    size_t work = gtao_sweep_work_size(desc, options);
+    int phase, unit;
+    double phases;
+    if (result == GTAO_OK && (!scratch || scratch_size < work))
+        result = GTAO_ERROR_SCRATCH;
+    if (result == GTAO_OK)
+        result = gtao_sweep_begin(desc, output, options, (char *)scratch + work, scratch_size - work, &sweep);
+    if (result != GTAO_OK)
+        return result;
+    phases = (double)gtao_sweep_phases(sweep);
+    for (phase = 0; phase < gtao_sweep_phases(sweep); phase++) {
+        int units = gtao_sweep_units(sweep, phase), some = units / 16 + 1;
+        for (unit = 0; unit < units; unit += some) {
+            gtao_sweep_run(sweep, phase, unit, unit + some, scratch);
+            if (progress &&
+                progress(user, ((double)phase + (double)gtaoi_imin(unit + some, units) / (double)units) / phases))
+                return GTAO_CANCELLED;
+        }
+    }
+    return GTAO_OK;
+}
+
 #if defined(__clang__)
 #if defined(__i386__) && !defined(__SSE2_MATH__)
 #pragma clang attribute pop
@@ -2635,9 +3539,9 @@ typedef uint32_t GI; /* masks of sectors */
 #define GI_IF(m, a) ((m) ? (a) : 0u)
 #define GI_SELECT(m, a, b) ((m) ? (a) : (b))
 #define GI_IS_ZERO(a) ((a) == 0u)
-#define GI_FROM(f) gtaoi_bits_from((int)(f))                                     /* all bits from the f-th, 0..32 */
+#define GI_FROM(f) GTAOI_NAME(gtaoi_bits_from)((int)(f))                         /* all bits from the f-th, 0..32 */
 #define GI_INDEX(a) ((float)(int)(gtaoi_bits((float)(a)) >> 23 & 255u) - 127.0f) /* of the only bit */
-GTAOI_INLINE uint32_t gtaoi_bits_from(int i) {
+GTAOI_INLINE uint32_t GTAOI_NAME(gtaoi_bits_from)(int i) {
     return i < 32 ? ~UINT32_C(0) << i : 0u;
 }
 
@@ -2675,13 +3579,13 @@ typedef __m128i GI;
 #define GI_IF(m, a) _mm_and_si128(_mm_castps_si128(m), a)
 #define GI_SELECT(m, a, b) _mm_or_si128(_mm_and_si128(_mm_castps_si128(m), a), _mm_andnot_si128(_mm_castps_si128(m), b))
 #define GI_IS_ZERO(a) _mm_castsi128_ps(_mm_cmpeq_epi32(a, _mm_setzero_si128()))
-#define GI_FROM(f) gtaoi_sse2_from(f)
+#define GI_FROM(f) GTAOI_NAME(gtaoi_sse2_from)(f)
 #define GI_INDEX(a)                                                                                                    \
     _mm_sub_ps(                                                                                                        \
         _mm_cvtepi32_ps(_mm_and_si128(_mm_srli_epi32(_mm_castps_si128(_mm_cvtepi32_ps(a)), 23), _mm_set1_epi32(255))), \
         _mm_set1_ps(127.0f))
 /* -2^i, by the exponent of a float: there is no shift by lanes. */
-GTAOI_INLINE GTAOI_ATTRIBUTE __m128i gtaoi_sse2_from(__m128 f) {
+GTAOI_INLINE GTAOI_ATTRIBUTE __m128i GTAOI_NAME(gtaoi_sse2_from)(__m128 f) {
     __m128i power = _mm_slli_epi32(_mm_add_epi32(_mm_cvttps_epi32(f), _mm_set1_epi32(127 + 256)), 23);
     return _mm_and_si128(_mm_cvttps_epi32(_mm_castsi128_ps(power)),
                          _mm_castps_si128(_mm_cmplt_ps(f, _mm_set1_ps(32.0f))));
@@ -2709,7 +3613,7 @@ typedef uint32x4_t GM;
 #define GM_AND(a, b) vandq_u32(a, b)
 #define GM_OR(a, b) vorrq_u32(a, b)
 #define GM_ANDNOT(a, b) vbicq_u32(a, b)
-#define GM_BITS(m) gtaoi_neon_bits(m)
+#define GM_BITS(m) GTAOI_NAME(gtaoi_neon_bits)(m)
 #define GM_ANY(m) (vmaxvq_u32(m) != 0)
 #define GV_CLASS(a) vreinterpretq_f32_u32(vandq_u32(vreinterpretq_u32_f32(a), vdupq_n_u32(GTAOI_CLASS_MASK)))
 typedef uint32x4_t GI;
@@ -2725,7 +3629,7 @@ typedef uint32x4_t GI;
 #define GI_INDEX(a)                                                                                                    \
     vsubq_f32(vcvtq_f32_u32(vandq_u32(vshrq_n_u32(vreinterpretq_u32_f32(vcvtq_f32_u32(a)), 23), vdupq_n_u32(255))),    \
               vdupq_n_f32(127.0f))
-GTAOI_INLINE unsigned gtaoi_neon_bits(uint32x4_t m) {
+GTAOI_INLINE unsigned GTAOI_NAME(gtaoi_neon_bits)(uint32x4_t m) {
     static const uint32_t weight[4] = {1, 2, 4, 8};
     return vaddvq_u32(vandq_u32(m, vld1q_u32(weight)));
 }
@@ -2943,6 +3847,10 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_floor)(GV a) {
     GV r = GTAOI_NAME(gtaoi_nearest)(a);
     return GV_SUB(r, GV_IF(GV_LT(a, r), GV_SET(1.0f)));
 }
+
+#ifdef GTAOI_KERNELS /* the operations above serve another header's kernels: gtso.h */
+#include GTAOI_KERNELS
+#else
 
 /* ---- prepare: depth to height ----------------------------------------------------------------------------------- */
 
@@ -4080,10 +4988,173 @@ GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const GTAOI_PIX
     sum->occluded = GM_OR(sum->occluded, occluded);
 }
 
+/* ---- spherical harmonics ----------------------------------------------------------------------------------------- */
+
+/* Sums of second moments over the slices of a pixel, for spherical harmonics: of what a slice lacks to the open one. */
+#define GTAOI_MOMENTS GTAOI_NAME(gtaoi_moments)
+typedef struct GTAOI_MOMENTS {
+    GV lost;                   /* sum J (open - a) */
+    GV vv, xv, yv, xx, xy, yy; /* sum J (M_open - M) along v v, q v and q q, q = b / |b_perp|; o is linear in q */
+} GTAOI_MOMENTS;
+
+/* M = M_oo o o^T + M_ov (o v^T + v o^T) + M_vv v v^T = int V (np.w) w w^T |sin|, in the terms of gtaoi_integrate,
+ * D = h1 - h0 - s1 c1 + s0 c0 and E = D + 2 (s1^3 c1 - s0^3 c0):
+ *   M_vv = (2 - c1^4 - c0^4) n.v / 4 + E n.o / 8,   M_ov = E n.v / 8 + (s1^4 + s0^4) n.o / 4,   M_oo = a - M_vv
+ * and uniformly weighted M_vv = (2 - c1^3 - c0^3) / 3, M_ov = (s1^3 - s0^3) / 3. Open: s = cos n, c = -+ sin n. */
+GTAOI_FI void GTAOI_NAME(gtaoi_lose)(const GTAOI_FRAME *f, GM where, GV lost, GV vv, GV ov, GTAOI_MOMENTS *sum) {
+    GTAOI_NO_CONTRACT
+    GV jacobian = GV_MUL(f->inv_perp, f->inv_perp), qx = GV_MUL(f->bx, f->inv_perp), qy = GV_MUL(f->by, f->inv_perp);
+    GV oo = GV_IF(where, GV_MUL(jacobian, GV_SUB(lost, vv))); /* masked last: the factors may overflow */
+    ov = GV_IF(where, GV_MUL(jacobian, ov));
+    sum->lost = GV_ADD(sum->lost, GV_IF(where, GV_MUL(jacobian, lost)));
+    sum->vv = GV_ADD(sum->vv, GV_IF(where, GV_MUL(jacobian, vv)));
+    sum->xv = GV_ADD(sum->xv, GV_IF(where, GV_MUL(ov, qx)));
+    sum->yv = GV_ADD(sum->yv, GV_IF(where, GV_MUL(ov, qy)));
+    sum->xx = GV_ADD(sum->xx, GV_IF(where, GV_MUL(GV_MUL(oo, qx), qx)));
+    sum->xy = GV_ADD(sum->xy, GV_IF(where, GV_MUL(GV_MUL(oo, qx), qy)));
+    sum->yy = GV_ADD(sum->yy, GV_IF(where, GV_MUL(GV_MUL(oo, qy), qy)));
+}
+
+GTAOI_FN void GTAOI_NAME(gtaoi_integrate_sh)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                             const GTAOI_HORIZONS *s, GTAOI_MOMENTS *sum) {
+    GTAOI_NO_CONTRACT
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), two = GV_SET(2.0f), quarter = GV_SET(0.25f);
+    GM occluded = GV_LT(one, zero);
+    GV k1 = GTAOI_NAME(gtaoi_kappa)(c, f, s, 0, &occluded), k0 = GTAOI_NAME(gtaoi_kappa)(c, f, s, 1, &occluded);
+    GV ss1, ss0, cc1, cc0, lost, vv, ov;
+    if (!GM_ANY(occluded))
+        return;
+    ss1 = GV_DIV(one, GV_ADD(one, GV_MUL(k1, k1))), ss0 = GV_DIV(one, GV_ADD(one, GV_MUL(k0, k0)));
+    cc1 = GV_MUL(GV_MUL(k1, k1), ss1), cc0 = GV_MUL(GV_MUL(k0, k0), ss0);
+    if (c->d.weighting == GTAO_WEIGHTING_UNIFORM) {
+        GV s1 = GV_SQRT(ss1), s0 = GV_SQRT(ss0), c1 = GV_MUL(k1, s1), c0 = GV_MUL(k0, s0), third = GV_SET(1.0f / 3.0f);
+        lost = GV_ADD(c1, c0);
+        vv = GV_MUL(third, GV_ADD(GV_MUL(c1, cc1), GV_MUL(c0, cc0)));
+        ov = GV_MUL(third, GV_SUB(GV_MUL(s0, ss0), GV_MUL(s1, ss1)));
+    } else { /* open - occluded of D, E / 8, s^2 and s^4; t = tan n, sc = sin n cos n, cc = cos^2 n */
+        GV t = GV_SUB(zero, f->kappa_tangent), cc = GV_DIV(one, GV_ADD(one, GV_MUL(t, t))), sc = GV_MUL(t, cc);
+        GV sc1 = GV_MUL(k1, ss1), sc0 = GV_MUL(k0, ss0), d, e, s2, s4, c4, tsc = GV_MUL(t, sc);
+        d = GTAOI_NAME(gtaoi_atan2)(GV_SUB(k0, k1), GV_ADD(one, GV_MUL(k0, k1)));
+        d = GV_SUB(GV_MUL(two, GV_ADD(f->n, sc)), GV_ADD(GV_SUB(d, sc1), sc0));
+        e = GV_ADD(GV_MUL(two, GV_MUL(sc, cc)), GV_SUB(GV_MUL(sc1, ss1), GV_MUL(sc0, ss0)));
+        e = GV_MUL(GV_SET(0.125f), GV_SUB(d, GV_MUL(two, e)));
+        s2 = GV_SUB(GV_MUL(two, cc), GV_ADD(ss1, ss0));
+        s4 = GV_SUB(GV_MUL(two, GV_MUL(cc, cc)), GV_ADD(GV_MUL(ss1, ss1), GV_MUL(ss0, ss0)));
+        c4 = GV_SUB(GV_ADD(GV_MUL(cc1, cc1), GV_MUL(cc0, cc0)), GV_MUL(two, GV_MUL(tsc, tsc)));
+        lost = GV_MUL(GV_SET(0.5f), GV_ADD(GV_MUL(s2, p->nv), GV_MUL(d, f->no)));
+        vv = GV_ADD(GV_MUL(GV_MUL(quarter, c4), p->nv), GV_MUL(e, f->no));
+        ov = GV_ADD(GV_MUL(e, p->nv), GV_MUL(GV_MUL(quarter, s4), f->no));
+    }
+    GTAOI_NAME(gtaoi_lose)(f, occluded, lost, vv, ov, sum);
+}
+
+/* The same of what hangs free above a horizon, between cot h = k0 and k1 > k0 on the side of `sign`. */
+GTAOI_FN void GTAOI_NAME(gtaoi_integrate_sh_arc)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                                 GM here, GV sign, GV k0, GV k1, GTAOI_MOMENTS *sum) {
+    GTAOI_NO_CONTRACT
+    const GV one = GV_SET(1.0f), quarter = GV_SET(0.25f), third = GV_SET(1.0f / 3.0f), no = GV_MUL(sign, f->no);
+    GV ss1 = GV_DIV(one, GV_ADD(one, GV_MUL(k1, k1))), ss0 = GV_DIV(one, GV_ADD(one, GV_MUL(k0, k0)));
+    GV cc1 = GV_MUL(GV_MUL(k1, k1), ss1), cc0 = GV_MUL(GV_MUL(k0, k0), ss0), lost, vv, ov;
+    if (c->d.weighting == GTAO_WEIGHTING_UNIFORM) {
+        GV s1 = GV_SQRT(ss1), s0 = GV_SQRT(ss0), c1 = GV_MUL(k1, s1), c0 = GV_MUL(k0, s0);
+        lost = GV_SUB(c1, c0);
+        vv = GV_MUL(third, GV_SUB(GV_MUL(c1, cc1), GV_MUL(c0, cc0)));
+        ov = GV_MUL(third, GV_SUB(GV_MUL(s0, ss0), GV_MUL(s1, ss1)));
+    } else {
+        GV sc1 = GV_MUL(k1, ss1), sc0 = GV_MUL(k0, ss0), d, e;
+        d = GTAOI_NAME(gtaoi_atan2)(GV_SUB(k1, k0), GV_ADD(one, GV_MUL(k0, k1)));
+        d = GV_ADD(GV_SUB(d, sc0), sc1);
+        e = GV_SUB(GV_MUL(sc0, ss0), GV_MUL(sc1, ss1));
+        e = GV_MUL(GV_SET(0.125f), GV_ADD(d, GV_ADD(e, e)));
+        lost = GV_MUL(GV_SET(0.5f), GV_ADD(GV_MUL(GV_SUB(ss0, ss1), p->nv), GV_MUL(d, no)));
+        vv = GV_MUL(quarter, GV_SUB(GV_MUL(cc1, cc1), GV_MUL(cc0, cc0)));
+        vv = GV_ADD(GV_MUL(vv, p->nv), GV_MUL(e, no));
+        ov = GV_MUL(quarter, GV_SUB(GV_MUL(ss0, ss0), GV_MUL(ss1, ss1)));
+        ov = GV_ADD(GV_MUL(e, p->nv), GV_MUL(ov, no));
+    }
+    GTAOI_NAME(gtaoi_lose)(f, here, lost, vv, GV_MUL(sign, ov), sum);
+}
+
+/* The sums of a pixel to its coefficients. p->n is still the normal. */
+GTAOI_FN void GTAOI_NAME(gtaoi_finish_sh)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_SUM *sum,
+                                          const GTAOI_MOMENTS *m, GM active, GV sh[9]) {
+    GTAOI_NO_CONTRACT
+    static const int rows[6] = {0, 1, 2, 0, 1, 0}, columns[6] = {0, 1, 2, 1, 2, 2}; /* xx, yy, zz, xy, yz, xz */
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    const int cosine = c->d.weighting == GTAO_WEIGHTING_COSINE;
+    GV scale = GV_DIV(one, sum->jacobian_open), along = GV_MUL(sum->bv, p->inv_len), n[3], r[3], e[3][3], s[3][3];
+    GV lost[10], value[10], size = zero; /* moments: w, then 1, then w w^T */
+    GM good;
+    int i, j;
+    n[0] = p->nx, n[1] = p->ny, n[2] = p->nz;
+    r[0] = GV_MUL(p->rx, p->inv_len), r[1] = GV_MUL(p->ry, p->inv_len), r[2] = p->inv_len;
+    lost[0] = GV_SUB(sum->bx, GV_MUL(along, p->rx)), lost[1] = GV_SUB(sum->by, GV_MUL(along, p->ry));
+    lost[2] = GV_SUB(sum->bz, along), lost[3] = m->lost;
+    for (i = 0; i < 3; i++) { /* o = qx e0 + qy e1, v = e2; e0 = x - (x.r) r, r = r0 / |r0| */
+        e[0][i] = GV_SUB(i == 0 ? one : zero, GV_MUL(r[0], r[i]));
+        e[1][i] = GV_SUB(i == 1 ? one : zero, GV_MUL(r[1], r[i]));
+        e[2][i] = GV_SUB(zero, r[i]);
+        s[0][i] = GV_ADD(GV_ADD(GV_MUL(m->xx, e[0][i]), GV_MUL(m->xy, e[1][i])), GV_MUL(m->xv, e[2][i]));
+        s[1][i] = GV_ADD(GV_ADD(GV_MUL(m->xy, e[0][i]), GV_MUL(m->yy, e[1][i])), GV_MUL(m->yv, e[2][i]));
+        s[2][i] = GV_ADD(GV_ADD(GV_MUL(m->xv, e[0][i]), GV_MUL(m->yv, e[1][i])), GV_MUL(m->vv, e[2][i]));
+    }
+    for (i = 0; i < 6; i++)
+        lost[4 + i] = GV_ADD(GV_ADD(GV_MUL(e[0][rows[i]], s[0][columns[i]]), GV_MUL(e[1][rows[i]], s[1][columns[i]])),
+                             GV_MUL(e[2][rows[i]], s[2][columns[i]]));
+    for (i = 0; i < 10; i++) {
+        lost[i] = GV_MUL(scale, lost[i]);
+        size = GV_ADD(size, GV_ABS(lost[i]));
+    }
+    /* What is open has 1, 2/3 n, (I + n n^T) / 4, or uniformly 1, n / 2, I / 3; not finite: as if open. */
+    good = GM_AND(GM_AND(active, sum->occluded), GV_LE(size, GV_SET(FLT_MAX)));
+    for (i = 0; i < 10; i++) {
+        j = i - 4;
+        value[i] = i < 3 ? GV_MUL(GV_SET(cosine ? 2.0f / 3.0f : 0.5f), n[i]) : GV_SET(i < 7 ? 1.0f / 3.0f : 0.0f);
+        if (i == 3)
+            value[i] = one;
+        if (i > 3 && cosine)
+            value[i] = GV_MUL(GV_SET(0.25f), GV_ADD(GV_MUL(n[rows[j]], n[columns[j]]), i < 7 ? one : zero));
+        value[i] = GV_SUB(value[i], GV_IF(good, lost[i]));
+    }
+    for (i = 0; i < 10; i++) /* no moment is larger than 1 */
+        value[i] = GV_MAX(GV_MIN(value[i], one), i == 3 ? zero : GV_SET(-1.0f));
+    sh[0] = GV_MUL(GV_SET(GTAOI_SH0), value[3]);
+    sh[1] = GV_MUL(GV_SET(GTAOI_SH1), value[1]);
+    sh[2] = GV_MUL(GV_SET(GTAOI_SH1), value[2]);
+    sh[3] = GV_MUL(GV_SET(GTAOI_SH1), value[0]);
+    sh[4] = GV_MUL(GV_SET(GTAOI_SH2), value[7]);
+    sh[5] = GV_MUL(GV_SET(GTAOI_SH2), value[8]);
+    sh[6] = GV_MUL(GV_SET(GTAOI_SH20), GV_SUB(GV_MUL(GV_SET(3.0f), value[6]), value[3]));
+    sh[7] = GV_MUL(GV_SET(GTAOI_SH2), value[9]);
+    sh[8] = GV_MUL(GV_SET(0.5f * GTAOI_SH2), GV_SUB(value[4], value[5]));
+}
+
+/* The coefficients of a block of pixels, as in gtaoi_visibility, to the caller's planes. */
+GTAOI_FN void GTAOI_NAME(gtaoi_store_sh)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_SUM *sum,
+                                         const GTAOI_MOMENTS *m, const GM *active, int groups, int x, int y,
+                                         int count) {
+    float image[4 * GTAOI_W];
+    GV sh[4][9], plane[4];
+    int i, g;
+    for (g = 0; g < groups; g++)
+        GTAOI_NAME(gtaoi_finish_sh)(c, p + g, sum + g, m + g, active[g], sh[g]);
+    for (i = 0; i < gtaoi_sh_count(&c->o); i++) {
+        char *row = (char *)c->o.sh + (ptrdiff_t)i * c->o.sh_plane_stride + (ptrdiff_t)y * c->o.sh_stride;
+        for (g = 0; g < groups; g++) {
+            plane[g] = sh[g][i];
+            if (c->period != 4)
+                GV_STORE(image + g * GTAOI_W, plane[g]);
+        }
+        if (c->period == 4)
+            GTAOI_NAME(gtaoi_store4)(image, 4, plane);
+        memcpy(row + (ptrdiff_t)x * 4, image, (size_t)count * 4);
+    }
+}
+
 /* Takes what hangs free above the horizons off the sums: run by run of the masks, each an interval [k0, k1] of cot h on
  * one side, with the formulas of gtaoi_integrate for two horizons on that side. */
 GTAOI_FN void GTAOI_NAME(gtaoi_integrate_arcs)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
-                                               const GTAOI_ARCS *a, GTAOI_SUM *sum) {
+                                               const GTAOI_ARCS *a, GTAOI_SUM *sum, GTAOI_MOMENTS *moments) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), half = GV_SET(0.5f), third = GV_SET(1.0f / 3.0f);
     const GV limit = GV_SET(GTAOI_KAPPA_LIMIT), jacobian = GV_MUL(f->inv_perp, f->inv_perp);
@@ -4136,6 +5207,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_integrate_arcs)(const gtao_context *c, const GTAO
             sum->bz = GV_SUB(sum->bz, GV_MUL(to, along));
             sum->bv = GV_ADD(sum->bv, tv);
         }
+        if (moments)
+            GTAOI_NAME(gtaoi_integrate_sh_arc)(c, p, f, here, sign, k0, k1, moments);
         sum->visible = GV_SUB(sum->visible, GV_IF(here, GV_MUL(jacobian, arc)));
         sum->occluded = GM_OR(sum->occluded, here);
     }
@@ -4447,6 +5520,406 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_finish)(const gtao_context *c, GTAOI_PIXEL *p, cons
     return visible;
 }
 
+/* ---- the sweep -------------------------------------------------------------------------------------------------- */
+
+/* out[j][i] = in[i][j] of 16 x 16. */
+GTAOI_FI void GTAOI_NAME(gtaoi_turn16)(const float *in, float *out, ptrdiff_t pitch) {
+    int i, j, k;
+    for (i = 0; i < GTAOI_TILE; i += GTAOI_W)
+        for (j = 0; j < GTAOI_TILE; j += 4) {
+            GV v[4];
+            GTAOI_NAME(gtaoi_load4)(in + i * GTAOI_TILE + j, GTAOI_TILE, v);
+            for (k = 0; k < 4; k++)
+                GV_STORE(out + (j + k) * pitch + i, v[k]);
+        }
+}
+
+/* Heights of 16 lines at 16 positions, their gradients across the lines, and the receivers. A height on a line is linear
+ * between two pixels of one surface (the step is small, or goes on from either side); else the nearer one's surface goes
+ * on. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
+    GTAOI_NO_CONTRACT
+    enum { HEIGHTS, ACROSS, BASES, AHEAD };
+    float block[4][GTAOI_TILE * GTAOI_TILE];
+    const gtao_context *c = l->c;
+    int u, k, wrap = c->d.border == GTAO_BORDER_WRAP;
+    for (u = 0; u < GTAOI_TILE; u++) {
+        int position = tile * GTAOI_TILE + u, i = l->first + position, whole, up, at;
+        double place = l->slope * (double)i + l->phase, fraction;
+        float aside, ahead;
+        const float *p;
+        if (position >= l->count) {
+            gtaoi_fill_sky(block[HEIGHTS] + u * GTAOI_TILE, GTAOI_TILE);
+            gtaoi_fill_sky(block[BASES] + u * GTAOI_TILE, GTAOI_TILE);
+            memset(block[ACROSS] + u * GTAOI_TILE, 0, GTAOI_TILE * sizeof(float));
+            memset(block[AHEAD] + u * GTAOI_TILE, 0, GTAOI_TILE * sizeof(float));
+            l->aside[position] = 0.0f;
+            continue;
+        }
+        whole = (int)place - ((double)(int)place > place);
+        fraction = place - (double)whole;
+        up = fraction >= 0.5;
+        l->aside[position] = aside = (float)(fraction - (double)up);
+        at = l->line + whole;
+        if (wrap)
+            at = gtaoi_wrap(at, l->n_minor), i = gtaoi_wrap(i, l->n_major);
+        l->minor[position] = at + up;
+        if (!wrap)
+            at = gtaoi_imin(gtaoi_imax(at, -18), l->n_minor + 1), i = gtaoi_imin(gtaoi_imax(i, 0), l->n_major - 1);
+        p = l->plane + (ptrdiff_t)i * l->pitch + at;
+        for (k = 0; k < GTAOI_TILE; k += GTAOI_W) {
+            GV a = GV_LOAD(p + k), b = GV_LOAD(p + k + 1), before = GV_LOAD(p + k - 1), after = GV_LOAD(p + k + 2);
+            GV step = GV_SUB(b, a), limit = GV_SET(c->same_surface), nearest = up ? b : a, own, further;
+            GM small, from_a, from_b;
+            if (!c->orthographic)
+                limit = GV_MUL(limit, GV_MIN(GV_ABS(a), GV_ABS(b)));
+            small = GV_LE(GV_ABS(step), limit);
+            from_a = GV_LE(GV_ABS(GV_SUB(step, GV_SUB(a, before))), limit);
+            from_b = GV_LE(GV_ABS(GV_SUB(step, GV_SUB(after, b))), limit);
+            small = GM_OR(small, from_a), small = GM_OR(small, from_b);
+            own = up ? GV_SUB(after, b) : GV_SUB(a, before);
+            further = up ? GV_SUB(GV_LOAD(p + k + 3), after) : GV_SUB(before, GV_LOAD(p + k - 2));
+            from_a = GV_LE(GV_ABS(own), limit);
+            from_b = GV_LE(GV_ABS(GV_SUB(own, further)), limit);
+            own = GV_SELECT(small, step, GV_IF(GM_OR(from_a, from_b), own));
+            GV_STORE(block[HEIGHTS] + u * GTAOI_TILE + k, GV_ADD(nearest, GV_MUL(own, GV_SET(aside))));
+            GV_STORE(block[ACROSS] + u * GTAOI_TILE + k, own);
+            GV_STORE(block[BASES] + u * GTAOI_TILE + k, nearest);
+        }
+        for (k = 0; c->bounded && k < GTAOI_TILE; k++) { /* gradients are not padded */
+            int y = at + up + k;
+            if (wrap && y >= l->n_minor)
+                y = gtaoi_wrap(y, l->n_minor);
+            if (y >= 0 && y < l->n_minor) {
+                ptrdiff_t here = (ptrdiff_t)i * l->pitch + y;
+                ahead = l->tilt_along[here] + l->tilt_across[here] * (float)l->slope;
+            } else {
+                ahead = 0.0f;
+            }
+            block[AHEAD][u * GTAOI_TILE + k] = ahead;
+        }
+    }
+    GTAOI_NAME(gtaoi_turn16)(block[HEIGHTS], l->strip + tile * GTAOI_TILE, l->length);
+    GTAOI_NAME(gtaoi_turn16)(block[ACROSS], l->across + tile * GTAOI_TILE, l->length);
+    GTAOI_NAME(gtaoi_turn16)(block[BASES], l->base + tile * GTAOI_TILE, l->length);
+    if (c->bounded)
+        GTAOI_NAME(gtaoi_turn16)(block[AHEAD], l->ahead + tile * GTAOI_TILE, l->length);
+}
+
+/* Which of the samples [at, at + 16) of a line lie on the hull of their neighbours, where every slope from one side is
+ * greater than every one to the other. */
+GTAOI_FN unsigned GTAOI_NAME(gtaoi_sweep_above)(const float *strip) {
+    GTAOI_NO_CONTRACT
+    unsigned bits = 0;
+    int i, k;
+    for (i = 0; i < GTAOI_TILE; i += GTAOI_W, strip += GTAOI_W) {
+        GV w = GV_LOAD(strip), left = GV_SUB(w, GV_LOAD(strip - 1)), right = GV_SUB(GV_LOAD(strip + 1), w);
+        for (k = 2; k <= GTAOI_LAG; k++) {
+            GV inv = GV_SET(1.0f / (float)k);
+            left = GV_MIN(left, GV_MUL(GV_SUB(w, GV_LOAD(strip - k)), inv));
+            right = GV_MAX(right, GV_MUL(GV_SUB(GV_LOAD(strip + k), w), inv));
+        }
+        bits |= GM_BITS(GV_LT(right, left)) << i;
+    }
+    return bits;
+}
+
+/* Largest slopes from the 16 receivers of one line and tile to what lies more than GTAO_SWEEP_NEAR before (after) them:
+ * the samples that are not in the hull yet, then the hull's vertices from the nearest on, for as long as they rise for
+ * any of the 16. Heights are moved from the line to the parallel through the receiver by their gradient across. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sweep_query)(const gtaoi_lines *l, int line, int tile, int backward, float *out) {
+    GTAOI_NO_CONTRACT
+    enum { N = GTAOI_TILE / GTAOI_W, FIRST = GTAO_SWEEP_NEAR + 1, LAST = GTAO_SWEEP_NEAR + GTAOI_LAG + GTAOI_TILE - 1 };
+    ptrdiff_t at = (ptrdiff_t)line * l->length + tile * GTAOI_TILE, step = backward ? 1 : -1;
+    const float *sample = l->strip + at + FIRST * step;
+    const gtaoi_vertex *vertex = l->vertex + (ptrdiff_t)line * l->room + l->depth[line];
+    const float *across = sample + (l->across - l->strip);
+    GV b[N], aside[N], best[N], hull[N];
+    int k, n, rising;
+    for (n = 0; n < N; n++) {
+        b[n] = GV_LOAD(l->base + at + n * GTAOI_W);
+        aside[n] = GV_LOAD(l->aside + tile * GTAOI_TILE + n * GTAOI_W);
+        best[n] = hull[n] = GV_SET(GTAOI_SKY);
+    }
+    for (k = FIRST; k <= LAST; k++, sample += step, across += step) {
+        GV inv = GV_SET(l->inverse[k]);
+        for (n = 0; n < N; n++) {
+            GV base = GV_ADD(b[n], GV_MUL(aside[n], GV_LOAD(across + n * GTAOI_W)));
+            best[n] = GV_MAX(best[n], GV_MUL(GV_SUB(GV_LOAD(sample + n * GTAOI_W), base), inv));
+        }
+    }
+    do {
+        GV w = GV_SET(vertex[0].w), w_across = GV_SET(vertex[0].across);
+        GV further = GV_SET(vertex[-1].w), further_across = GV_SET(vertex[-1].across);
+        const float *inv = l->inverse + (tile * GTAOI_TILE - vertex[0].t);
+        const float *further_inv = l->inverse + (tile * GTAOI_TILE - vertex[-1].t);
+        for (rising = 0, n = 0; n < N; n++) {
+            GV base = GV_ADD(b[n], GV_MUL(aside[n], w_across)), slope;
+            hull[n] = GV_MAX(hull[n], GV_MUL(GV_SUB(w, base), GV_LOAD(inv + n * GTAOI_W)));
+            base = GV_ADD(b[n], GV_MUL(aside[n], further_across));
+            slope = GV_MUL(GV_SUB(further, base), GV_LOAD(further_inv + n * GTAOI_W));
+            rising |= GM_ANY(GV_LT(hull[n], slope));
+            hull[n] = GV_MAX(hull[n], slope);
+        }
+        vertex -= 2;
+    } while (rising);
+    for (n = 0; n < N; n++)
+        GV_STORE(out + n * GTAOI_W, GV_MAX(best[n], hull[n]));
+}
+
+/* The highest sample of each tile and of each block of tiles. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sweep_highest)(const gtaoi_lines *l) {
+    int line, tile, i, blocks = l->tiles / GTAOI_BLOCK + 1;
+    for (line = 0; line < GTAOI_TILE; line++) {
+        float *block = l->highest_block + line * blocks;
+        gtaoi_fill_sky(block, blocks);
+        for (tile = 0; tile < l->tiles; tile++) {
+            const float *strip = l->strip + line * l->length + tile * GTAOI_TILE;
+            float lanes[GTAOI_W];
+            GV high = GV_LOAD(strip);
+            for (i = GTAOI_W; i < GTAOI_TILE; i += GTAOI_W)
+                high = GV_MAX(high, GV_LOAD(strip + i));
+            GV_STORE(lanes, high);
+            for (i = 1; i < GTAOI_W; i++)
+                lanes[0] = gtaoi_max(lanes[0], lanes[i]);
+            l->highest[line * l->tiles + tile] = lanes[0];
+            block[tile / GTAOI_BLOCK] = gtaoi_max(block[tile / GTAOI_BLOCK], lanes[0]);
+        }
+    }
+}
+
+/* Whether samples at the distances k0 .. k1 may raise the horizon of any receiver of a tile: the highest of the tiles
+ * from `t` to `t_end` that they lie in, `high` of `count` tiles or blocks of tiles each, at either distance. */
+GTAOI_FI int GTAOI_NAME(gtaoi_sweep_matters)(const gtaoi_lines *l, const float *high, int count, int t, int t_end,
+                                             int k0, int k1, GV unit, const GV *b, const GV *tangent,
+                                             const GTAOI_HORIZONS *s) {
+    GTAOI_NO_CONTRACT
+    float top =
+        gtaoi_max(t >= 0 && t < count ? high[t] : GTAOI_SKY, t_end >= 0 && t_end < count ? high[t_end] : GTAOI_SKY);
+    int n, any = 0;
+    for (n = 0; n < GTAOI_TILE / GTAOI_W; n++) {
+        GV up = GV_MUL(GV_SUB(GV_SET(top), b[n]), unit);
+        up = GV_MAX(GV_MUL(up, GV_SET(l->inverse[k0])), GV_MUL(up, GV_SET(l->inverse[k1])));
+        any |= GM_ANY(GV_LT(s[n].rise[0], GV_SUB(up, tangent[n])));
+    }
+    return any;
+}
+
+/* The same as gtaoi_sweep_query within a radius, where no hull will do: every sample, but for tiles that lie too low to
+ * matter; each weighted as in the march. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sweep_within)(const gtaoi_lines *l, int line, int tile, int backward, float *out) {
+    GTAOI_NO_CONTRACT
+    enum { N = GTAOI_TILE / GTAOI_W };
+    const gtao_context *c = l->c;
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    int step = backward ? 1 : -1, at = tile * GTAOI_TILE, k, n, t, ring = c->inv_falloff > 0.0f;
+    int blocks = l->tiles / GTAOI_BLOCK + 1, end = (backward ? l->tiles - tile : tile + 1) * GTAOI_TILE;
+    const float *sample_at = l->strip + (ptrdiff_t)line * l->length + at;
+    const float *across_at = l->across + (ptrdiff_t)line * l->length + at;
+    float sign = backward ? 1.0f : -1.0f, reach[GTAOI_TILE], high = GTAOI_SKY, range = 0.0f;
+    GV unit = GV_ABS(GV_SET(l->x_major ? l->slice->dx : l->slice->dy));
+    GV b[N], aside[N], tangent[N];
+    GTAOI_FRAME f[N];
+    GTAOI_HORIZONS s[N];
+    for (n = 0; n < N; n++) {
+        GV w0 = one, len = one, along = zero, perp = GV_SET(l->slice->bb), rx = zero, ry = zero;
+        ptrdiff_t here = (ptrdiff_t)line * l->length + at + n * GTAOI_W;
+        b[n] = GV_LOAD(l->base + here);
+        aside[n] = GV_LOAD(l->aside + at + n * GTAOI_W);
+        tangent[n] = GV_MUL(GV_MUL(GV_LOAD(l->ahead + here), GV_SET(sign)), unit);
+        if (!c->orthographic) {
+            GV major = GV_ADD(GV_SET((float)(l->first + at + n * GTAOI_W)), GTAOI_NAME(gtaoi_iota)()), minor;
+            for (k = 0; k < GTAOI_W; k++)
+                reach[k] = (float)(l->minor[at + n * GTAOI_W + k] + line);
+            minor = GV_LOAD(reach);
+            GV toward = GV_SET((l->backward[0] == backward) ? 1.0f : -1.0f);
+            rx = GV_SUB(GV_ADD(l->x_major ? major : minor, GV_SET(0.5f)), GV_SET(c->cx));
+            ry = GV_SUB(GV_ADD(l->x_major ? minor : major, GV_SET(0.5f)), GV_SET(c->cy));
+            rx = GV_MUL(rx, GV_SET(c->bx1)), ry = GV_MUL(ry, GV_SET(c->by1));
+            len = GV_SQRT(GV_ADD(GV_ADD(GV_MUL(rx, rx), GV_MUL(ry, ry)), one));
+            along = GV_DIV(GV_ADD(GV_MUL(rx, GV_SET(l->slice->bx)), GV_MUL(ry, GV_SET(l->slice->by))), len);
+            along = GV_MUL(along, toward);
+            perp = GV_MAX(GV_SUB(perp, GV_MUL(along, along)), GV_MUL(perp, GV_SET(1e-6f)));
+            w0 = GV_SELECT(GV_LT(zero, b[n]), b[n], one);
+        }
+        f[n].inv_perp = GV_DIV(one, GV_SQRT(perp));
+        f[n].kappa_scale = GV_MUL(GV_DIV(len, w0), f[n].inv_perp);
+        f[n].kappa_tangent = GV_SUB(GV_MUL(tangent[n], f[n].kappa_scale), GV_MUL(along, f[n].inv_perp));
+        f[n].cos_tangent =
+            GV_DIV(f[n].kappa_tangent, GV_SQRT(GV_ADD(one, GV_MUL(f[n].kappa_tangent, f[n].kappa_tangent))));
+        f[n].reach = GV_MUL(GV_SET(c->reach), f[n].inv_perp);
+        f[n].floor = s[n].rise[0] = zero;
+        s[n].cosine[0] = f[n].cos_tangent;
+    }
+    for (n = 0; n < N; n++)
+        GV_STORE(reach + n * GTAOI_W, GV_MUL(f[n].reach, unit));
+    /* samples farther than this are out of reach: reach w / t >= 1, orthographic reach / t >= 1 */
+    for (k = 0; k < GTAOI_TILE; k++)
+        range = gtaoi_max(range, reach[k]);
+    for (t = 0; !c->orthographic && t < blocks; t++)
+        high = gtaoi_max(high, l->highest_block[line * blocks + t]);
+    range = gtaoi_min(c->orthographic ? range : range * gtaoi_max(high, 0.0f), (float)end);
+    for (k = GTAO_SWEEP_NEAR + 1; (float)k <= range; k++) {
+        GV inv;
+        if (k % GTAOI_TILE == 1) { /* from here on the samples are those of tiles t and beyond */
+            const float *highest = l->highest + line * l->tiles;
+            t = tile + step * (k / GTAOI_TILE);
+            if (k % (GTAOI_TILE * GTAOI_BLOCK) == 1) {
+                int further = t + step * GTAOI_BLOCK;
+                if (!GTAOI_NAME(gtaoi_sweep_matters)(l, l->highest_block + line * blocks, blocks, t / GTAOI_BLOCK,
+                                                     further < 0 ? -1 : further / GTAOI_BLOCK, k,
+                                                     k + GTAOI_TILE * GTAOI_BLOCK - 1, unit, b, tangent, s)) {
+                    k += GTAOI_TILE * GTAOI_BLOCK - 1;
+                    continue;
+                }
+            }
+            if (!GTAOI_NAME(gtaoi_sweep_matters)(l, highest, l->tiles, t, t + step, k, k + GTAOI_TILE - 1, unit, b,
+                                                 tangent, s)) {
+                k += GTAOI_TILE - 1;
+                continue;
+            }
+        }
+        inv = GV_MUL(GV_SET(l->inverse[k]), unit);
+        for (n = 0; n < N; n++) {
+            GTAOI_SAMPLE sample;
+            GM fading;
+            GV w = GV_LOAD(sample_at + step * k + n * GTAOI_W), rise;
+            w = GV_SUB(w, GV_MUL(aside[n], GV_LOAD(across_at + step * k + n * GTAOI_W)));
+            rise = GV_SUB(GV_MUL(GV_SUB(w, b[n]), inv), tangent[n]);
+            fading = GTAOI_NAME(gtaoi_rise)(c, &f[n], &s[n], 0, w, inv, rise, rise, &sample, c->orthographic, 1, 1, 0);
+            if (ring && GM_ANY(fading))
+                GTAOI_NAME(gtaoi_fade)(c, &f[n], &s[n], 0, &sample, fading);
+        }
+    }
+    for (n = 0; n < N; n++) {
+        GM occluded = GV_LT(one, zero);
+        GV kappa = GTAOI_NAME(gtaoi_kappa)(c, &f[n], &s[n], 0, &occluded);
+        GV rise = GV_DIV(GV_SUB(kappa, f[n].kappa_tangent), f[n].kappa_scale);
+        GV_STORE(out + n * GTAOI_W, GV_DIV(GV_ADD(rise, tangent[n]), unit));
+    }
+}
+
+/* One group of lines: read, then swept either way. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sweep_lines)(gtaoi_lines *l) {
+    int tile, line, side, i, tiles = l->tiles;
+    for (tile = 0; tile < tiles; tile++)
+        GTAOI_NAME(gtaoi_sweep_read)(l, tile);
+    for (line = 0; line < GTAOI_TILE && !l->c->bounded; line++)
+        for (tile = 0; tile < tiles; tile++)
+            l->above[line * (tiles + 4) + tile + 2] =
+                (uint16_t)GTAOI_NAME(gtaoi_sweep_above)(l->strip + line * l->length + tile * GTAOI_TILE);
+    if (l->c->bounded)
+        GTAOI_NAME(gtaoi_sweep_highest)(l);
+    for (side = 0; side < 2; side++) {
+        enum { GAP = GTAO_SWEEP_NEAR + GTAOI_LAG };
+        int backward = l->backward[side];
+        gtaoi_sweep_start(l, backward);
+        for (line = 0; l->options->beyond && line < GTAOI_TILE; line++)
+            gtaoi_seed_vertices(l, line, backward);
+        for (i = 0; i < tiles; i++) {
+            float found[GTAOI_TILE * GTAOI_TILE], turned[GTAOI_TILE * GTAOI_TILE];
+            int at;
+            tile = backward ? tiles - 1 - i : i, at = tile * GTAOI_TILE;
+            for (line = 0; line < GTAOI_TILE && !l->c->bounded;
+                 line++) { /* 16 samples, GAP from the receivers, of two tiles */
+                const uint16_t *above = l->above + line * (tiles + 4) + tile + 2;
+                unsigned bits = backward ? (unsigned)above[1] >> GAP | (unsigned)above[2] << (GTAOI_TILE - GAP)
+                                         : (unsigned)above[-2] >> (GTAOI_TILE - GAP) | (unsigned)above[-1] << GAP;
+                gtaoi_push_vertices(l, line, backward ? at + GTAOI_TILE + GAP : at - GTAOI_TILE - GAP, bits & 0xffffu,
+                                    backward);
+            }
+            if (at + GTAOI_TILE <= l->begin || at >= l->end)
+                continue;
+            for (line = 0; line < GTAOI_TILE; line++) {
+                if (l->c->bounded)
+                    GTAOI_NAME(gtaoi_sweep_within)(l, line, tile, backward, found + line * GTAOI_TILE);
+                else
+                    GTAOI_NAME(gtaoi_sweep_query)(l, line, tile, backward, found + line * GTAOI_TILE);
+            }
+            if (!l->x_major)
+                GTAOI_NAME(gtaoi_turn16)(found, turned, GTAOI_TILE);
+            gtaoi_sweep_store(l, side, tile, l->x_major ? found : turned);
+        }
+    }
+}
+
+/* Gradients of the tangent planes of a block of pixels; zero where there are none. */
+GTAOI_FN void GTAOI_NAME(gtaoi_keep_tilts)(const gtaoi_pass *pass, const GTAOI_PIXEL *p, const GM *active, int groups,
+                                           int x, int y) {
+    int g;
+    for (g = 0; g < groups; g++, x += GTAOI_W) {
+        GV_STORE(pass->tilt_x + (ptrdiff_t)y * pass->tilt_pitch + x, GV_IF(active[g], p[g].gx));
+        GV_STORE(pass->tilt_y + (ptrdiff_t)y * pass->tilt_pitch + x, GV_IF(active[g], p[g].gy));
+    }
+}
+
+/* Sums of a block between the batches of a sweep: read, or kept. Here the sums of further outputs would join. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sums)(const gtao_context *c, GTAOI_SUM *sum, int groups, int x, int y, int keep) {
+    float *at = c->pass->sums + (size_t)y * c->pass->sums_row + (size_t)x * (size_t)c->pass->fields;
+    int g, i, n = c->pass->fields;
+    for (g = 0; g < groups; g++) {
+        GV *field[7];
+        field[0] = &sum[g].visible, field[1] = &sum[g].open, field[2] = &sum[g].jacobian_open;
+        field[3] = &sum[g].bx, field[4] = &sum[g].by, field[5] = &sum[g].bz, field[6] = &sum[g].bv;
+        for (i = 0; i < gtaoi_imin(n, 7); i++, at += GTAOI_W) {
+            if (keep)
+                GV_STORE(at, *field[i]);
+            else
+                *field[i] = GV_LOAD(at);
+        }
+        if (n > 7) {
+            if (keep)
+                GV_STORE(at, GV_IF(sum[g].occluded, GV_SET(1.0f)));
+            else
+                sum[g].occluded = GV_LT(GV_SET(0.5f), GV_LOAD(at));
+            at += GTAOI_W;
+        }
+    }
+}
+
+/* A group's share of a horizon map; pixels without a horizon see half of the circle. */
+GTAOI_FN void GTAOI_NAME(gtaoi_store_horizons)(const gtao_context *c, const GTAOI_FRAME *f, const GTAOI_HORIZONS *s,
+                                               GM active, int k, int side, int x, int y) {
+    GTAOI_NO_CONTRACT
+    const gtao_sweep_options *o = c->pass->options;
+    GV open = GV_SET((float)(0.5 * GTAOI_PI)), h = open;
+    float angle[GTAOI_W];
+    float *to = (float *)(void *)((char *)o->horizons + (ptrdiff_t)(2 * k + side) * o->horizon_plane +
+                                  (ptrdiff_t)y * o->horizon_stride);
+    int i;
+    if (GM_ANY(active)) {
+        GM occluded = active;
+        h = GTAOI_NAME(gtaoi_atan2)(GV_SET(1.0f), GTAOI_NAME(gtaoi_kappa)(c, f, s, side, &occluded));
+        h = GV_SELECT(active, GV_MAX(h, GV_SET(0.0f)), open);
+    }
+    GV_STORE(angle, h);
+    for (i = 0; i < GTAOI_W; i++)
+        if (x + i >= c->x_begin && x + i < c->x_end)
+            to[x + i] = angle[i];
+}
+
+/* The far horizons join the near ones. */
+GTAOI_FN void GTAOI_NAME(gtaoi_add_far)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                        GTAOI_HORIZONS *s, const GM *active, int groups, int k, int x, int y) {
+    GTAOI_NO_CONTRACT
+    const gtaoi_pass *pass = c->pass;
+    const float *from =
+        pass->beyond + (size_t)(2 * (k - c->slice_begin)) * pass->beyond_plane + (ptrdiff_t)y * pass->beyond_pitch;
+    int g, side;
+    for (g = 0; g < groups; g++, x += GTAOI_W) {
+        for (side = 0; side < 2; side++) {
+            if (GM_ANY(active[g])) {
+                GV unit = GV_MAX(GV_ABS(f[g].dx), GV_ABS(f[g].dy));
+                GV tangent = GV_ADD(GV_MUL(p[g].gx, f[g].dx), GV_MUL(p[g].gy, f[g].dy));
+                GV slope = GV_MUL(GV_LOAD(from + (size_t)side * pass->beyond_plane + x), unit);
+                s[g].rise[side] = GV_MAX(s[g].rise[side], side ? GV_ADD(slope, tangent) : GV_SUB(slope, tangent));
+            }
+            if (pass->options->horizons)
+                GTAOI_NAME(gtaoi_store_horizons)(c, &f[g], &s[g], active[g], k, side, x, y);
+        }
+    }
+}
+
 /* Stage by stage over blocks of four groups, so that the stages' long dependency chains overlap. The groups are the
  * phases of one stretch of a row, or, if all directions are alike or each pixel has its own, follow one another. */
 GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1, gtao_stats *stats) {
@@ -4457,12 +5930,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
         const char *normals = d->normals ? (const char *)d->normals + (ptrdiff_t)y * d->normal_stride : 0;
         const uint8_t *mask = d->mask ? d->mask + (ptrdiff_t)y * d->mask_stride : 0;
         const float *row = gtaoi_row(c, y);
-        for (x0 = 0; x0 < d->width; x0 += BLOCK) {
+        for (x0 = c->x_begin & ~63; x0 < c->x_end; x0 += BLOCK) {
             float wanted[BLOCK], image_v[BLOCK], image_b[3 * BLOCK], image_s[4][4 * GTAOI_LANES];
             const float *at[4];
             GV n[12], v[4], b[12], s[16]; /* normals, bent normals: [group][component]; signal: [plane][group] */
             GTAOI_PIXEL pixel[4];
             GTAOI_SUM sum[4];
+            GTAOI_MOMENTS moments[4];
             GM active[4];
             int count = gtaoi_imin(BLOCK, d->width - x0), j, partial = mask || count < BLOCK;
             if (c->frame && gtaoi_at_rest(c->frame, x0 / GTAOI_TILE_W, y / GTAOI_TILE_H, 2)) {
@@ -4498,9 +5972,18 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 sum[g].visible = sum[g].open = sum[g].bx = sum[g].by = sum[g].bz = sum[g].bv = GV_SET(0.0f);
                 sum[g].jacobian_open = GV_SET(0.0f);
                 sum[g].occluded = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
+                if (c->o.sh)
+                    memset(&moments[g], 0, sizeof moments[g]);
                 v[g] = GV_SET(1.0f);
             }
-            for (k = 0; any && k < c->slices; k++) {
+            if (c->pass && c->pass->tilt_x) {
+                GTAOI_NAME(gtaoi_keep_tilts)(c->pass, pixel, active, groups, x0, y);
+                continue;
+            }
+            if (c->slice_begin > 0)
+                GTAOI_NAME(gtaoi_sums)(c, sum, groups, x0, y, 0);
+            any |= c->pass && c->pass->options->horizons;
+            for (k = c->slice_begin; any && k < c->slice_end; k++) {
                 GTAOI_FRAME frame[4];
                 GTAOI_HORIZONS found[4];
                 GTAOI_ARCS arcs[4];
@@ -4522,13 +6005,25 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                         GTAOI_NAME(gtaoi_search_arcs)
                 (c, &pixel[g], &frame[g], &found[g], &arcs[g], at[g], first + g * stride, k, active[g], x0 + g * step,
                  y, stats);
+                if (c->pass)
+                    GTAOI_NAME(gtaoi_add_far)(c, pixel, frame, found, active, groups, k, x0, y);
                 for (g = 0; g < groups; g++)
                     if (GM_ANY(active[g]))
                         GTAOI_NAME(gtaoi_integrate)(c, &pixel[g], &frame[g], &found[g], &sum[g]);
+                for (g = 0; c->o.sh && g < groups; g++)
+                    if (GM_ANY(active[g]))
+                        GTAOI_NAME(gtaoi_integrate_sh)(c, &pixel[g], &frame[g], &found[g], &moments[g]);
                 for (g = 0; c->arcs && g < groups; g++)
                     if (GM_ANY(active[g]))
-                        GTAOI_NAME(gtaoi_integrate_arcs)(c, &pixel[g], &frame[g], &arcs[g], &sum[g]);
+                        GTAOI_NAME(gtaoi_integrate_arcs)
+                (c, &pixel[g], &frame[g], &arcs[g], &sum[g], c->o.sh ? &moments[g] : 0);
             }
+            if (c->slice_end < c->slices) { /* more to come */
+                GTAOI_NAME(gtaoi_sums)(c, sum, groups, x0, y, 1);
+                continue;
+            }
+            if (c->o.sh)
+                GTAOI_NAME(gtaoi_store_sh)(c, pixel, sum, moments, active, groups, x0, y, count);
             for (g = 0; g < groups; g++) {
                 if (GM_ANY(active[g])) {
                     v[g] = GTAOI_NAME(gtaoi_finish)(c, &pixel[g], &sum[g], active[g], s + g);
@@ -4561,7 +6056,9 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 }
             }
             stats->pixels += (uint64_t)count;
-            gtaoi_store(c, x0, y, count, image_v, image_b, image_s);
+            j = gtaoi_imax(c->x_begin - x0, 0), count = gtaoi_imin(count, c->x_end - x0);
+            if (j < count)
+                gtaoi_store(c, x0 + j, y, count - j, image_v + j, image_b + 3 * j, image_s);
         }
     }
 }
@@ -4906,7 +6403,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_fetch_history)(const gtao_frame_context *f, int x
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
     GV bx = GTAOI_NAME(gtaoi_floor)(px), by = GTAOI_NAME(gtaoi_floor)(py), fx = GV_SUB(px, bx), fy = GV_SUB(py, by);
-    GV inv = GV_DIV(one, GV_MUL(GTAOI_NAME(gtaoi_tolerance)(f, pw), GV_SET(GTAOI_DISOCCLUSION)));
+    GV inv = GV_DIV(one, GV_ADD(GV_MUL(pw, GV_SET(f->disocclusion_scale)), GV_SET(f->disocclusion_bias)));
     GV step_x = GV_SUB(bx, GV_ADD(GV_SET((float)x0), GTAOI_NAME(gtaoi_iota)()));
     float steps[GTAOI_W], rows[GTAOI_W];
     int i, j, k, planes = f->bent ? 5 : 1;
@@ -5091,7 +6588,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TA
     GTAOI_NO_CONTRACT
     static const float bilinear[4] = {9.0f / 16.0f, 3.0f / 16.0f, 3.0f / 16.0f, 1.0f / 16.0f};
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
-    GV tolerance = GV_ADD(GV_MUL(GTAOI_NAME(gtaoi_tolerance)(f, w), GV_SET(0.5f)), taps->slack), inv, total = zero;
+    GV tolerance = GV_ADD(GTAOI_NAME(gtaoi_tolerance)(f, w), taps->slack), inv, total = zero;
     GV sum[5];
     int t, k, planes = f->bent ? 5 : 1;
     GM solid = GV_LT(limit, w);
@@ -5200,6 +6697,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
                 gtaoi_store(c, x0 * s, full_y, count, planar[0], bent, 0);
             }
 }
+#endif /* GTAOI_KERNELS */
 
 #undef GTAOI_FN
 #undef GTAOI_FI
@@ -5215,6 +6713,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
 #undef GTAOI_WALK
 #undef GTAOI_SAMPLE
 #undef GTAOI_SUM
+#undef GTAOI_MOMENTS
 #undef GTAOI_HISTORY
 #undef GTAOI_TAPS
 #undef GV_SET

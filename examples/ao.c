@@ -19,8 +19,8 @@
 /* ---- options ------------------------------------------------------------------------------------------------------ */
 
 typedef struct options {
-    const char *depth, *normal, *output, *bent, *stats; /* files */
-    const char *sequence, *camera;                      /* pattern of the depth files; motion of the camera */
+    const char *depth, *normal, *output, *bent, *sh, *stats; /* files */
+    const char *sequence, *camera;                           /* pattern of the depth files; motion of the camera */
     const char *thickness_map, *layer[GTAO_MAX_LAYERS], *back[1 + GTAO_MAX_LAYERS]; /* backs: of the depth first */
     int layers;
     int depth_kind;
@@ -74,6 +74,7 @@ enum {
     OPT_ALBEDO,
     OPT_BORDER,
     OPT_BENT,
+    OPT_SH,
     OPT_OUTPUT,
     OPT_ISA,
     OPT_THREADS,
@@ -125,6 +126,7 @@ static const option_info option_table[OPT_COUNT] = {
     {"--albedo", "R,G,B", "coloured visibility with multiple bounces, 0..1 each"},
     {"--border", "clamp|wrap|open", "what lies outside the image (open: nothing)"},
     {"--bent", "FILE", "also write bent normals, view space; .exr, .pfm or .png"},
+    {"--sh", "FILE", "also write spherical harmonics of visibility times cosine, view space; .exr"},
     {"-o", "FILE", "visibility, 1 = open; .exr, .pfm or .png (8 bit, linear)"},
     {"--isa", "auto|scalar|sse2|avx2|avx512|neon", "(auto) the results are the same bits"},
     {"--threads", "N", "(all processors) the results are the same bits"},
@@ -244,6 +246,11 @@ static int set_option(options *o, int id, const char *value) {
         return 1;
     case OPT_BENT:
         o->bent = value;
+        return 1;
+    case OPT_SH:
+        o->sh = value;
+        if (image_format_of(value) != IMAGE_EXR)
+            return error_line("--sh %s: nine channels need an .exr", value);
         return 1;
     case OPT_OUTPUT:
         o->output = value;
@@ -520,17 +527,17 @@ static int same_file(const char *a, const char *b) {
 
 /* Nothing that is written may be read, or written twice. */
 static int check_outputs(const options *o) {
-    const int ids[] = {OPT_OUTPUT, OPT_BENT, OPT_STATS};
-    const char *files[] = {o->output, o->bent, o->stats};
+    const int ids[] = {OPT_OUTPUT, OPT_BENT, OPT_SH, OPT_STATS};
+    const char *files[] = {o->output, o->bent, o->sh, o->stats};
     const char *inputs[3 + GTAO_MAX_LAYERS + 1 + GTAO_MAX_LAYERS] = {o->depth, o->normal, o->thickness_map};
     const int input_count = (int)(sizeof inputs / sizeof *inputs);
     memcpy(inputs + 3, o->layer, sizeof o->layer);
     memcpy(inputs + 3 + GTAO_MAX_LAYERS, o->back, sizeof o->back);
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < 4; ++i) {
         if (!files[i])
             continue;
         const char *name = option_table[ids[i]].name;
-        if (i < 2 && image_format_of(files[i]) == IMAGE_UNKNOWN)
+        if (i < 3 && image_format_of(files[i]) == IMAGE_UNKNOWN)
             return error_line("%s %s: unknown format, the name must end in .exr, .pfm or .png", name, files[i]);
         struct stat info;
         if (stat(files[i], &info) == 0 && !S_ISREG(info.st_mode))
@@ -590,6 +597,8 @@ static int check_options(const options *o) {
             return error_line("%s: only with --normal", option_table[id].name);
     if (given(o, OPT_SKY) && o->depth_kind == GTAO_DEPTH_HEIGHT)
         return error_line("--sky: not with --depth-kind height");
+    if (o->sh && (o->half || o->denoise > 0 || o->sequence))
+        return error_line("--sh: not with --half, --denoise or --sequence");
     for (int id = OPT_THICKNESS_MAP; id <= OPT_LAYER; ++id)
         if (given(o, id) && (o->half || o->denoise > 0 || o->sequence))
             return error_line("%s: not with --half, --denoise or --sequence", option_table[id].name);
@@ -602,7 +611,8 @@ enum { STAGES_MAX = 12 };
 
 typedef struct job {
     const options *options;
-    image depth, normals, visibility, bent, color;
+    image depth, normals, visibility, bent, sh, color;
+    float *sh_planes;
     image thickness, layer[GTAO_MAX_LAYERS], back[1 + GTAO_MAX_LAYERS];
     gtao_layer layers[GTAO_MAX_LAYERS];
     void *scratch;
@@ -796,6 +806,8 @@ static const char *option_of(const options *o, gtao_result result) {
         return "--noise";
     case GTAO_ERROR_ISA:
         return "--isa";
+    case GTAO_ERROR_OUTPUT_SH:
+        return "--sh";
     default:
         return "--depth";
     }
@@ -811,11 +823,18 @@ static int allocate(job *j) {
     int w = j->depth.width, h = j->depth.height;
     int ok = image_create(&j->visibility, w, h, 1, &error);
     ok = ok && (!o->bent || image_create(&j->bent, w, h, 3, &error));
+    ok = ok && (!o->sh || image_create(&j->sh, w, h, 9, &error));
     ok = ok && (!given(o, OPT_ALBEDO) || image_create(&j->color, w, h, 3, &error));
     if (!ok)
         return error_line("--depth %s: %s", o->depth, error.text);
     j->output.visibility = j->visibility.data;
     j->output.bent_normals = j->bent.data;
+    if (o->sh) {
+        j->sh_planes = malloc(sizeof(float) * 9 * (size_t)w * (size_t)h); /* as large as j->sh.data, which is there */
+        if (!j->sh_planes)
+            return error_line("--sh %s: not enough memory", o->sh);
+    }
+    j->output.sh = j->sh_planes;
 
     j->scratch_size = j->framed ? gtao_frame_state_size(&j->frame) : gtao_scratch_size(&j->desc);
     if (j->scratch_size == 0) {
@@ -944,6 +963,14 @@ static void place(image *img, const image *like) {
     img->display_height = like->display_height;
 }
 
+/* The library's planes to an image's pixels. */
+static void interleave_sh(job *j) {
+    size_t pixels = (size_t)j->sh.width * (size_t)j->sh.height;
+    for (size_t c = 0; c < 9; ++c)
+        for (size_t i = 0; i < pixels; ++i)
+            j->sh.data[9 * i + c] = j->sh_planes[c * pixels + i];
+}
+
 /* The images, of a frame if there are several, and the statistics if `ms` is not null. All files are complete under
  * temporary names before the first gets its own. */
 static int write_outputs(job *j, uint32_t frame, const double ms[STAGES_MAX], double total_ms) {
@@ -951,9 +978,10 @@ static int write_outputs(job *j, uint32_t frame, const double ms[STAGES_MAX], do
     static const char *const names_bent[] = {"bent.X", "bent.Y", "bent.Z"};
     const options *o = j->options;
     image_error error;
-    image_pending pending[3];
+    static const char *const names_sh[] = {"sh.0", "sh.1", "sh.2", "sh.3", "sh.4", "sh.5", "sh.6", "sh.7", "sh.8"};
+    image_pending pending[4];
     char text[2048], name[4096];
-    int ids[3], count = 0, ok, id = OPT_OUTPUT;
+    int ids[4], count = 0, ok, id = OPT_OUTPUT;
     memset(pending, 0, sizeof pending);
     place(&j->visibility, &j->depth);
     place(&j->bent, &j->depth);
@@ -966,6 +994,13 @@ static int write_outputs(job *j, uint32_t frame, const double ms[STAGES_MAX], do
         id = OPT_BENT;
         ok = image_write(frame_name(o, o->bent, frame, name, sizeof name), &j->bent, names_bent, IMAGE_RANGE_SIGNED,
                          pending + count, &error);
+        ids[count++] = id;
+    }
+    if (ok && o->sh) {
+        id = OPT_SH;
+        interleave_sh(j);
+        place(&j->sh, &j->depth);
+        ok = image_write(o->sh, &j->sh, names_sh, IMAGE_RANGE_SIGNED, pending + count, &error);
         ids[count++] = id;
     }
     if (ok && o->stats && ms) {
@@ -1080,6 +1115,8 @@ static void free_job(job *j) {
     image_free(&j->normals);
     image_free(&j->visibility);
     image_free(&j->bent);
+    image_free(&j->sh);
+    free(j->sh_planes);
     image_free(&j->color);
     image_free(&j->thickness);
     for (int i = 0; i < GTAO_MAX_LAYERS; ++i)

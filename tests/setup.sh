@@ -1,14 +1,18 @@
 #!/usr/bin/env bash
 # Checks for what the named parts of the build need and installs what is missing (Debian 12).
 #
-#   tests/setup.sh PART...      parts: build, test, strict, fuzz, figures, format, bench
+#   tests/setup.sh PART...      parts: build, bake, viewer, sequence, test, strict, fuzz, figures, format, bench, gis
+#
+# What bake lists is wanted, not needed: where it cannot be installed, the tools do without (TIFF, PNG, MPI) and say so.
 #
 # gtao.h itself needs a C99 compiler and nothing else; this is for the programs and tests around it. Without the right
 # to install, it prints the one line to run and exits with status 1.
 set -u
 
-usage="usage: tests/setup.sh build|test|strict|fuzz|figures|format|bench..."
+usage="usage: tests/setup.sh build|bake|viewer|sequence|test|strict|fuzz|figures|format|bench|gis..."
+optional=
 missing=()
+optional=
 
 # need PACKAGE COMMAND...: the package is missing if the command fails.
 need() {
@@ -39,7 +43,20 @@ for part in "$@"; do
         need libopenexr-dev header OpenEXR/openexr.h
         need libstb-dev header stb/stb_image_write.h
         ;;
+    viewer) need libsdl2-dev header SDL2/SDL.h ;;
+    sequence)
+        need apngasm tool apngasm
+        need gnuplot-nox tool gnuplot
+        ;;
+    bake)
+        optional=1
+        need libtiff-dev header tiffio.h
+        need libpng-dev header png.h
+        need libopenmpi-dev tool mpicc
+        need openmpi-bin tool mpirun
+        ;;
     test)
+        need xvfb tool Xvfb
         need libcmocka-dev test -e /usr/include/cmocka.h
         need clang tool clang
         need gcc-i686-linux-gnu tool i686-linux-gnu-gcc
@@ -63,6 +80,7 @@ for part in "$@"; do
     figures) need gnuplot-nox tool gnuplot ;;
     format) need clang-format tool clang-format ;;
     bench) need libembree-dev header embree3/rtcore.h ;;
+    gis) need saga tool saga_cmd ;;
     *)
         echo "$usage" >&2
         exit 2
@@ -72,14 +90,19 @@ done
 
 [ ${#missing[@]} = 0 ] && exit 0
 
+give_up() { # message
+    echo "$1" >&2
+    [ "$optional" ] && echo "setup: going on without" >&2 && exit 0
+    exit 1
+}
+
 packages=$(printf '%s\n' "${missing[@]}" | sort -u | tr '\n' ' ')
 if [ "$(id -u)" = 0 ]; then
     sudo=()
 elif command -v sudo >/dev/null && sudo -n true 2>/dev/null; then
     sudo=(sudo -n)
 else
-    echo "missing packages; run: sudo apt-get install $packages" >&2
-    exit 1
+    give_up "missing packages; run: sudo apt-get install $packages"
 fi
 
 echo "setup: installing $packages" >&2
@@ -92,6 +115,5 @@ install() {
 # The package lists may be absent or out of date: refresh them only if the first try fails.
 install || { "${sudo[@]}" apt-get update >"$log" 2>&1 && install; } || {
     tail -n 20 "$log" >&2
-    echo "setup: could not install; run: apt-get update && apt-get install $packages" >&2
-    exit 1
+    give_up "setup: could not install; run: apt-get update && apt-get install $packages"
 }

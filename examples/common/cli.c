@@ -49,6 +49,21 @@ int cli_numbers(const char *text, int lowest, int highest, float *values) {
     return 0;
 }
 
+int cli_size(const char *text, long lowest, long highest, int *width, int *height) {
+    char first[16];
+    long w, h;
+    size_t n = strcspn(text, "x");
+    if (text[n] != 'x' || n >= sizeof first)
+        return 0;
+    memcpy(first, text, n);
+    first[n] = 0;
+    if (!cli_integer(first, lowest, highest, &w) || !cli_integer(text + n + 1, lowest, highest, &h))
+        return 0;
+    *width = (int)w;
+    *height = (int)h;
+    return 1;
+}
+
 int cli_choice(const char *text, const char *const *names) {
     for (int i = 0; names[i]; ++i)
         if (strcmp(text, names[i]) == 0)

@@ -9,6 +9,8 @@ int cli_integer(const char *text, long lowest, long highest, long *value);
 int cli_numbers(const char *text, int lowest, int highest, float *values);
 /* Index of `text` in `names`, which a null ends; or -1. */
 int cli_choice(const char *text, const char *const *names);
+/* "1280x720", each within the bounds. */
+int cli_size(const char *text, long lowest, long highest, int *width, int *height);
 
 int cli_processors(void);
 

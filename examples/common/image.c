@@ -764,6 +764,129 @@ static int exr_read_indices(const exr_file *file, const int *index, int count, i
     return 1;
 }
 
+/* ---- EXR: bands of rows --------------------------------------------------------------------------------------------- */
+
+struct image_stream {
+    exr_file file;
+    char *path;
+    int index[3];
+    const char *names[3];
+    image block; /* the rows of one row of blocks or tiles, of which [used, filled) are still to be handed out */
+    int used, filled, next_y, height, min_y;
+    int tiled, tile_width;
+    exr_reader reader;
+};
+
+static exr_result_t exr_stream_fill(image_stream *s) {
+    exr_const_context_t context = s->file.context;
+    exr_chunk_info_t chunk;
+    exr_result_t result = EXR_ERR_SUCCESS;
+    int rows = s->block.height, left = s->height - s->next_y;
+    if (!s->tiled) {
+        result = exr_read_scanline_chunk_info(context, s->reader.part, s->min_y + s->next_y, &chunk);
+        if (result == EXR_ERR_SUCCESS)
+            result = exr_read_block(&s->reader, &chunk, 0, 0);
+    }
+    for (int x = 0, tx = 0; s->tiled && result == EXR_ERR_SUCCESS && x < s->block.width; x += s->tile_width, ++tx) {
+        result = exr_read_tile_chunk_info(context, s->reader.part, tx, s->next_y / rows, 0, 0, &chunk);
+        if (result == EXR_ERR_SUCCESS)
+            result = exr_read_block(&s->reader, &chunk, x, 0);
+    }
+    s->used = 0;
+    s->filled = left < rows ? left : rows;
+    s->next_y += s->filled;
+    return result;
+}
+
+static int exr_stream_begin(image_stream *s, int channels, image *size, image_error *error) {
+    exr_attr_box2i_t data, display;
+    exr_storage_t storage = EXR_STORAGE_LAST_TYPE;
+    int part = s->file.channels[s->index[0]].part, lines = 0;
+    for (int i = 0; i < channels; ++i) {
+        const exr_channel *c = s->file.channels + s->index[i];
+        if (!c->usable)
+            return fail(error, s->path, "channel %s is subsampled, which is not supported", c->name);
+        if (c->part != part)
+            return fail(error, s->path, "channels in several parts, which is not supported here");
+        s->names[i] = c->name;
+    }
+    if (!exr_window(&s->file, part, &data, &display, error))
+        return 0;
+    memset(size, 0, sizeof *size);
+    size->width = size->display_width = data.max.x - data.min.x + 1;
+    size->height = size->display_height = s->height = data.max.y - data.min.y + 1;
+    size->channels = channels;
+    s->min_y = data.min.y;
+    exr_result_t result = exr_get_storage(s->file.context, part, &storage);
+    s->tiled = storage == EXR_STORAGE_TILED;
+    if (result == EXR_ERR_SUCCESS && s->tiled)
+        result = exr_get_tile_sizes(s->file.context, part, 0, 0, &s->tile_width, &lines);
+    else if (result == EXR_ERR_SUCCESS)
+        result = exr_get_scanlines_per_chunk(s->file.context, part, &lines);
+    if (result == EXR_ERR_SUCCESS && (lines < 1 || (s->tiled && s->tile_width < 1)))
+        result = EXR_ERR_BAD_CHUNK_LEADER;
+    if (result != EXR_ERR_SUCCESS)
+        return exr_fail(error, s->path, result);
+    if (!create_for(s->path, &s->block, size->width, lines, channels, error))
+        return 0;
+    s->reader.file = &s->file;
+    s->reader.part = part;
+    s->reader.names = s->names;
+    s->reader.count = channels;
+    s->reader.out = &s->block;
+    return 1;
+}
+
+image_stream *image_stream_open(const char *spec, int channels, image *size, image_error *error) {
+    size_t length;
+    const char *selection;
+    int ok = 0;
+    image_stream *s = calloc(1, sizeof *s);
+    split_spec(spec, &length, &selection);
+    if (s)
+        s->path = copy_string(spec, length);
+    if (!s || !s->path) {
+        fail(error, spec, "not enough memory");
+    } else if (selection && !selection[0]) {
+        fail(error, s->path, "nothing after the colon");
+    } else if (exr_open(s->path, &s->file, error)) {
+        if (channels == 1)
+            ok =
+                (s->index[0] = selection ? find_channel(&s->file, selection, error) : find_depth(&s->file, error)) >= 0;
+        else
+            ok = find_normals(&s->file, selection, s->index, error);
+        ok = ok && exr_stream_begin(s, channels, size, error);
+    }
+    if (ok)
+        return s;
+    image_stream_close(s);
+    return NULL;
+}
+
+int image_stream_read(image_stream *s, int rows, float *to, image_error *error) {
+    size_t row = (size_t)s->block.width * (size_t)s->block.channels;
+    for (; rows > 0; --rows, ++s->used, to += row) {
+        if (s->used == s->filled) {
+            exr_result_t result = s->next_y < s->height ? exr_stream_fill(s) : EXR_ERR_ARGUMENT_OUT_OF_RANGE;
+            if (result != EXR_ERR_SUCCESS)
+                return exr_fail(error, s->path, result);
+        }
+        memcpy(to, s->block.data + (size_t)s->used * row, row * sizeof(float));
+    }
+    return 1;
+}
+
+void image_stream_close(image_stream *s) {
+    if (!s)
+        return;
+    if (s->reader.begun)
+        exr_decoding_destroy(s->file.context, &s->reader.pipeline);
+    exr_close(&s->file);
+    image_free(&s->block);
+    free(s->path);
+    free(s);
+}
+
 /* ---- reading ------------------------------------------------------------------------------------------------------ */
 
 static int pfm_component(const image *img, const char *name) {
@@ -973,7 +1096,7 @@ static int write_png(FILE *file, const image *img, image_range range) {
 }
 
 /* A new, empty file beside `path`. It keeps the permissions a plain fopen would give, unlike mkstemp's. */
-static FILE *open_pending(const char *path, image_pending *pending, image_error *error) {
+FILE *image_open_pending(const char *path, image_pending *pending, image_error *error) {
     memset(pending, 0, sizeof *pending);
     size_t n = strlen(path);
     pending->path = copy_string(path, n);
@@ -1004,7 +1127,7 @@ static FILE *open_pending(const char *path, image_pending *pending, image_error 
 }
 
 /* Close after writing; on failure nothing stays behind. */
-static int close_pending(FILE *file, int ok, const char *path, image_pending *pending, image_error *error) {
+int image_close_pending(FILE *file, int ok, const char *path, image_pending *pending, image_error *error) {
     ok = ok && !ferror(file);
     ok = fclose(file) == 0 && ok;
     if (!ok) {
@@ -1024,7 +1147,7 @@ int image_write(const char *path, const image *img, const char *const *names, im
         return fail(error, path, "%d channels do not fit this format", img->channels);
     if (format == IMAGE_PNG && (int64_t)img->width * img->height > INT32_MAX / 4)
         return fail(error, path, "too large for a PNG, use .exr or .pfm");
-    FILE *file = open_pending(path, pending, error);
+    FILE *file = image_open_pending(path, pending, error);
     if (!file)
         return 0;
     errno = 0;
@@ -1036,15 +1159,23 @@ int image_write(const char *path, const image *img, const char *const *names, im
         return 0;
     }
     int ok = format == IMAGE_PFM ? write_pfm(file, img) : write_png(file, img, range);
-    return close_pending(file, ok, path, pending, error);
+    return image_close_pending(file, ok, path, pending, error);
 }
 
 int image_write_text(const char *path, const char *text, image_pending *pending, image_error *error) {
+    FILE *file = image_open_pending(path, pending, error);
+    if (!file)
+        return 0;
+    errno = 0;
+    return image_close_pending(file, fputs(text, file) >= 0, path, pending, error);
+}
+
+int image_write_bytes(const char *path, const void *bytes, size_t size, image_pending *pending, image_error *error) {
     FILE *file = open_pending(path, pending, error);
     if (!file)
         return 0;
     errno = 0;
-    return close_pending(file, fputs(text, file) >= 0, path, pending, error);
+    return close_pending(file, fwrite(bytes, 1, size, file) == size, path, pending, error);
 }
 
 int image_commit(image_pending *pending, image_error *error) {

@@ -7,6 +7,7 @@
 #define EXAMPLES_IMAGE_H
 
 #include <stddef.h>
+#include <stdio.h>
 
 #define IMAGE_MAX_SIZE 32768 /* pixels a side, the library's own limit */
 
@@ -36,6 +37,14 @@ int image_read_depth(const char *spec, image *out, image_error *error);
 /* `spec` is FILE[:LAYER]: three channels X, Y, Z or R, G, B of a layer. Without LAYER the one called Normal or N. */
 int image_read_normals(const char *spec, image *out, image_error *error);
 
+/* The same, EXR only, a band of rows at a time for images that shall not be in memory whole: 1 channel (depth) or 3
+ * (normals). `size` receives everything but data, which stays null. Channels must lie in one part. */
+typedef struct image_stream image_stream;
+image_stream *image_stream_open(const char *spec, int channels, image *size, image_error *error);
+/* The next `rows` rows, interleaved floats, top to bottom. */
+int image_stream_read(image_stream *stream, int rows, float *to, image_error *error);
+void image_stream_close(image_stream *stream); /* null is harmless */
+
 /* `count` channels by name from a file whose name is taken as it is. */
 int image_read_channels(const char *path, const char *const *names, int count, image *out, image_error *error);
 
@@ -58,6 +67,10 @@ typedef struct image_pending {
 int image_write(const char *path, const image *img, const char *const *names, image_range range, image_pending *pending,
                 image_error *error);
 int image_write_text(const char *path, const char *text, image_pending *pending, image_error *error);
+int image_write_bytes(const char *path, const void *bytes, size_t size, image_pending *pending, image_error *error);
+/* For other writers: a new file under a temporary name, null on failure; then the close that reports what failed. */
+FILE *image_open_pending(const char *path, image_pending *pending, image_error *error);
+int image_close_pending(FILE *file, int ok, const char *path, image_pending *pending, image_error *error);
 int image_commit(image_pending *pending, image_error *error); /* rename into place */
 void image_discard(image_pending *pending);                   /* remove; harmless after a commit or twice */
 

@@ -46,7 +46,7 @@ static uint64_t hash_bytes(uint64_t h, const void *data, size_t size) {
 
 /* One line that changes with anything the images depend on. */
 static void describe(const dataset *d, const dataset_options *o, char *text, size_t size) {
-    const bench_scene_mesh *m = &d->scene.mesh;
+    const mesh *m = &d->scene.mesh;
     uint64_t h = hash_bytes(0xcbf29ce484222325u, m->positions, m->vertex_count * 3 * sizeof *m->positions);
     h = hash_bytes(h, m->indices, m->triangle_count * 3 * sizeof *m->indices);
     h = hash_bytes(h, &d->scene.camera.eye, 4 * sizeof(vec3));

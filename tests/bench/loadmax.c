@@ -76,7 +76,7 @@ loadmax *loadmax_open(const view *v, int steps, float radius_px) {
     for (int phase = 0; phase < 16; ++phase) {
         float direction, jitter;
         gtao_noise_at(GTAO_NOISE_MEMO, phase & 3, phase >> 2, 0, &direction, &jitter);
-        double dx = cos(BENCH_PI * (double)direction), dy = sin(BENCH_PI * (double)direction);
+        double dx = cos(V3_PI * (double)direction), dy = sin(V3_PI * (double)direction);
         int last_x = 0, last_y = 0;
         for (int j = 0; j < steps; ++j) {
             double s = (j + (double)jitter) / steps, t = 1 + ((double)radius_px - 1) * s * s;

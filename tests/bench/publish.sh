@@ -255,6 +255,33 @@ awk -F, "$less"' $1 != "pooled" && $9 == "plain" {
         printf "\nFactors in time: %.0f to %.0f at equal RMSE to the depth buffer, %.0f to %.0f at equal noise, %.0f to %.0f at equal RMSE to ray tracing.\n", lo[1], hi[1], lo[2], hi[2], lo[3], hi[3]
     }' $truth $error > $out/embree.md
 
+# Irradiance: root mean squares over the probes, scene by scene; and probe by probe, over the scenes.
+for source in rays thick depth; do
+    awk -F, -v source=$source 'NR > 1 && $2 == source {
+            if (!(($1) in seen)) { seen[$1] = 1; s[++n] = $1 }
+            if (n == 1 && !($3 in known)) { known[$3] = 1; m[++k] = $3 }
+            e[$1, $3] += $5 * $5; count[$1, $3]++; all[$3] += $5 * $5; times[$3]++
+            if (n == 1 && !($4 in lit)) { lit[$4] = 1; p[++q] = $4 }
+            by[$4, $3] += $5 * $5; number[$4, $3]++; mean[$3] += $6
+        }
+        END {
+            printf "| scene |"; for (j = 1; j <= k; j++) printf " %s |", m[j]; print ""
+            printf "|---|"; for (j = 1; j <= k; j++) printf "--:|"; print ""
+            for (i = 1; i <= n; i++) { printf "| %s |", s[i]; for (j = 1; j <= k; j++) printf " %.3f |", sqrt(e[s[i], m[j]] / count[s[i], m[j]]); print "" }
+            for (i = 1; i <= q; i++) { printf "| all, %s |", p[i]; for (j = 1; j <= k; j++) printf " %.3f |", sqrt(by[p[i], m[j]] / number[p[i], m[j]]); print "" }
+            printf "| all |"; for (j = 1; j <= k; j++) printf " **%.3f** |", sqrt(all[m[j]] / times[m[j]]); print ""
+            printf "| mean error |"; for (j = 1; j <= k; j++) printf " %+.3f |", mean[m[j]] / times[m[j]]; print "\n"
+            printf "Scenes on which the horizons have less error:"
+            for (j = 1; j < k; j++) {
+                won = 0; for (i = 1; i <= n; i++) won += e[s[i], m[k]] < e[s[i], m[j]]
+                printf " than %s %d of %d%s", m[j], won, n, j < k - 1 ? "," : ".\n"
+            }
+        }' build/bench/directional.csv > $out/directional-$source.md
+done
+
+awk -F, '$2 == "cost" { if ($4 == "ns") { v += $5; b += $6; n++ } else sh += $5 }
+    END { printf "Visibility %.1f ns a pixel, with bent normals %.1f, with nine coefficients %.1f (2 slices of 12 samples, mean of the scenes, one thread).\n", v / n, b / n, sh / n }' build/bench/directional.csv > $out/directional-cost.md
+
 # ---- occluders with thickness ----------------------------------------------------------------------------------------
 
 thick=build/bench/thickness.csv
@@ -335,21 +362,15 @@ awk -F, '$1 == "pooled" && $5 == "plain" { e[$2, $3, $4] = $6 }
 # What the program printed, as it is.
 { echo '```'; cat build/bench/multibounce.txt; echo '```'; } > $out/multibounce.md
 
+cp build/bench/viewer.txt $out/viewer.md
+[ ! -e build/bench/sequence.txt ] || cp build/bench/sequence.txt $out/sequence.md
+
 # ---- docs -----------------------------------------------------------------------------------------------------------
 
 [ "${1-}" = docs ] || exit 0
 for f in build/bench/bench_*.svg; do cp "$f" docs/figures/; done
 cp build/bench/crops.png docs/figures/bench_crops.png
+cp build/bench/directional.png docs/figures/bench_directional.png
 cp build/bench/thickness_crops.png docs/figures/bench_thickness_crops.png
-for page in README.md docs/benchmark.md docs/accuracy.md docs/thickness.md; do
-    awk -v dir=$out '
-        /^<!-- begin: / {
-            print; file = dir "/" $3 ".md"
-            if ((getline line < file) < 0) { print "publish.sh: no table " $3 > "/dev/stderr"; exit 1 }
-            do print line; while ((getline line < file) > 0)
-            close(file); skip = 1; next
-        }
-        /^<!-- end: / { skip = 0 }
-        !skip' $page > $page.new
-    mv $page.new $page
-done
+exec tests/bench/insert.sh $out README.md docs/benchmark.md docs/accuracy.md docs/directional.md docs/thickness.md \
+    docs/viewer.md

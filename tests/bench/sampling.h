@@ -61,7 +61,7 @@ static inline void pixel_noise(int x, int y, double noise[2]) {
 
 /* Malley: density cos / pi about n for u, w uniform in the unit square; a, b perpendicular to n. */
 static inline vec3 cosine_direction(vec3 n, vec3 a, vec3 b, double u, double w) {
-    double r = sqrt(u), phi = 2 * BENCH_PI * w;
+    double r = sqrt(u), phi = 2 * V3_PI * w;
     return v3_mad(v3_mad(v3_scale(n, sqrt(1 - u)), a, r * cos(phi)), b, r * sin(phi));
 }
 

@@ -6,14 +6,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "vec.h"
-
-typedef struct bench_scene_mesh {
-    float *positions; /* x, y, z of each vertex, world space */
-    size_t vertex_count, vertex_capacity;
-    unsigned *indices; /* three per triangle */
-    size_t triangle_count, triangle_capacity;
-} bench_scene_mesh;
+#include "mesh.h"
 
 /* Pixel (x, y) looks along right (x + 0.5 - cx) / focal_px + down (y + 0.5 - cy) / focal_px + forward. */
 typedef struct bench_scene_camera {
@@ -24,7 +17,7 @@ typedef struct bench_scene_camera {
 
 typedef struct bench_scene {
     const char *name, *title;
-    bench_scene_mesh mesh;
+    mesh mesh;
     bench_scene_camera camera;
     double radius; /* reach of the occlusion, world units */
 } bench_scene;

@@ -181,12 +181,10 @@ static double inside_view(const view *v, vec3 p, vec3 d) {
     return reach;
 }
 
-/* Sum of occlusion of the directions dir[0..count), count <= PACKET. */
-static double occlusion_of(const trace *t, const view *v, const origin *o, bool inside, const vec3 *dir, int count) {
-    struct RTCIntersectContext context;
+/* Rays from o in the directions dir[0..count), count <= PACKET. */
+static void packet_of(const view *v, const origin *o, bool inside, const vec3 *dir, int count, struct RTCRayHit8 *rays,
+                      int *valid) {
     struct RTCRayHit8 r;
-    int valid[PACKET] __attribute__((aligned(32)));
-    rtcInitIntersectContext(&context);
     for (int k = 0; k < PACKET; ++k) {
         vec3 d = dir[k < count ? k : 0];
         valid[k] = k < count ? -1 : 0;
@@ -197,6 +195,16 @@ static double occlusion_of(const trace *t, const view *v, const origin *o, bool 
         r.ray.mask[k] = ~0u, r.ray.id[k] = 0, r.ray.flags[k] = 0;
         r.hit.geomID[k] = r.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
     }
+    *rays = r;
+}
+
+/* Sum of occlusion of the directions. */
+static double occlusion_of(const trace *t, const view *v, const origin *o, bool inside, const vec3 *dir, int count) {
+    struct RTCIntersectContext context;
+    struct RTCRayHit8 r;
+    int valid[PACKET] __attribute__((aligned(32)));
+    rtcInitIntersectContext(&context);
+    packet_of(v, o, inside, dir, count, &r, valid);
     double sum = 0;
     if (v->falloff > 0) {
         rtcIntersect8(valid, t->scene, &context, &r);
@@ -235,6 +243,35 @@ static void visibility_rows(const trace *t, const view *v, int strata, bool insi
         }
 }
 
+void trace_each_rows(const trace *t, const view *v, int strata, trace_sink sink, void *user, int row_begin,
+                     int row_end) {
+    struct RTCIntersectContext context;
+    struct RTCRayHit8 r;
+    int valid[PACKET] __attribute__((aligned(32)));
+    vec3 dir[PACKET];
+    origin o;
+    rtcInitIntersectContext(&context);
+    for (int y = row_begin; y < row_end; ++y)
+        for (int x = 0; x < v->width; ++x) {
+            size_t i = (size_t)y * (size_t)v->width + (size_t)x;
+            int n = 0, total = strata * strata;
+            bool surface = origin_at(v, x, y, &o);
+            for (int s = 0; surface && s < total; ++s) {
+                double jitter[2];
+                sample_jitter((uint32_t)i, (uint32_t)s, jitter);
+                dir[n++] = cosine_direction(o.n, o.a, o.b, (s % strata + jitter[0]) / strata,
+                                            (s / strata + jitter[1]) / strata);
+                if (n < PACKET && s < total - 1)
+                    continue;
+                packet_of(v, &o, false, dir, n, &r, valid);
+                rtcOccluded8(valid, t->scene, &context, &r.ray);
+                for (int k = 0; k < n; ++k)
+                    sink(user, i, dir[k], !(r.ray.tfar[k] < 0));
+                n = 0;
+            }
+        }
+}
+
 void trace_visibility_rows(const trace *t, const view *v, int strata, float *visibility, int row_begin, int row_end) {
     visibility_rows(t, v, strata, false, visibility, row_begin, row_end);
 }
@@ -252,7 +289,7 @@ void trace_few_rows(const trace *t, const view *v, int rays, float *visibility, 
     rays = rays < 1 ? 1 : rays > MOST ? MOST : rays;
     for (int s = 0; s < rays; ++s) {
         /* Hammersley points in azimuth order: neighbours in a packet are neighbours in space. */
-        double u = radical_inverse((uint32_t)s), azimuth = 2 * BENCH_PI * (s + 0.5) / rays;
+        double u = radical_inverse((uint32_t)s), azimuth = 2 * V3_PI * (s + 0.5) / rays;
         lift[s] = u + 0.5 / rays, cosine[s] = cos(azimuth), sine[s] = sin(azimuth);
     }
     vec3 dir[PACKET];
@@ -266,7 +303,7 @@ void trace_few_rows(const trace *t, const view *v, int rays, float *visibility, 
             double noise[2] = {0, 0};
             if (surface)
                 pixel_noise(x, y, noise);
-            double turn = 2 * BENCH_PI * noise[0], c = cos(turn), q = sin(turn);
+            double turn = 2 * V3_PI * noise[0], c = cos(turn), q = sin(turn);
             for (int s = 0; surface && s < rays; ++s) {
                 double u = lift[s] + noise[1];
                 u -= floor(u);

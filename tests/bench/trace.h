@@ -23,6 +23,11 @@ void trace_primary_rows(const trace *t, const bench_scene_camera *camera, float 
  * differ by up to about f / 2 of the occlusion otherwise. */
 void trace_visibility_rows(const trace *t, const view *v, int strata, float *visibility, int row_begin, int row_end);
 
+/* The same rays, hard cutoff, one by one: `sink` learns of each pixel's directions whether they are visible. Sky: none. */
+typedef void (*trace_sink)(void *user, size_t pixel, vec3 direction, bool visible);
+void trace_each_rows(const trace *t, const view *v, int strata, trace_sink sink, void *user, int row_begin,
+                     int row_end);
+
 /* The same without the geometry outside the pyramid that the image shows, which no number of depth layers holds: a hit
  * counts if it projects into the image. (The pyramid is convex, so a ray that has left it does not come back.) */
 void trace_visibility_inside_rows(const trace *t, const view *v, int strata, float *visibility, int row_begin,

@@ -192,6 +192,9 @@ static void check_values(const result *r, const input *in, int width, int height
             for (int i = 0; i < 4; i++)
                 n[i] = plane_float(&r->bent, y, 4 * x + i);
             length2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+            for (int i = 0; i < 9; i++)
+                if (!(fabsf(plane_float(&r->sh, i * height + y, x)) < 1.3f))
+                    bad = "spherical harmonic out of range";
             if (!float_finite(v) || !(v >= 0.0f && v <= 1.0f))
                 bad = "visibility outside [0, 1]";
             else if (memcmp(&v, &n[3], sizeof v) != 0)
@@ -234,7 +237,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     in.desc.isa = GTAO_ISA_SCALAR;
     current = in.desc;
     l = take_layout(&r);
-    scalar = result_make(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 4, l, 1);
+    scalar = result_make(&in.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 4, l, 1);
     status = gtao_compute(&in.desc, &scalar.output, scalar.scratch, scalar.scratch_size, &stats);
     if ((status == GTAO_OK) != (scalar.scratch_size != 0))
         complain("gtao_scratch_size and gtao_compute disagree on", (float)status);
@@ -245,7 +248,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     }
 
     in.desc.isa = GTAO_ISA_AUTO;
-    wide = result_make(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 4, l, 0);
+    wide = result_make(&in.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 4, l, 0);
     if (gtao_compute(&in.desc, &wide.output, wide.scratch, wide.scratch_size, NULL) != status)
         complain("kernels disagree on the status", (float)status);
     if (!result_equal(&scalar, &wide))

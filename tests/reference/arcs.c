@@ -228,8 +228,22 @@ static void march(const ref_image *image, const ref_settings *settings, const re
     }
 }
 
-double ref_arcs(const ref_image *image, const ref_settings *settings, const ref_slabs *slabs, int x, int y,
-                double bent[3]) {
+/* Adds the harmonics over the visible directions from a to b, by the midpoint rule. */
+static void add_harmonics(const ref_slice *slice, double sign, double a, double b, double sh[9]) {
+    enum { POINTS = 24 };
+    for (int j = 0; j < POINTS; j++) {
+        const double theta = a + (b - a) * (j + 0.5) / POINTS;
+        const double weight = slice->azimuth * slice->projected * cos(theta - sign * slice->n) * sin(theta);
+        long double d[3];
+        for (int i = 0; i < 3; i++)
+            d[i] = (long double)(sign * sin(theta) * slice->o[i] + cos(theta) * slice->view[i]);
+        for (int i = 0; i < 9; i++)
+            sh[i] += weight * (b - a) / POINTS * (double)ref_sh(i, d);
+    }
+}
+
+static double arcs_at(const ref_image *image, const ref_settings *settings, const ref_slabs *slabs, int x, int y,
+                      double bent[3], double sh[9]) {
     const size_t at = (size_t)y * (size_t)image->width + (size_t)x;
     const double z = (double)image->z[at];
     double sum[3] = {0.0, 0.0, 0.0}, visible = 0.0, total = 0.0;
@@ -257,6 +271,8 @@ double ref_arcs(const ref_image *image, const ref_settings *settings, const ref_
                     open += ref_arc_integral(from, n) - ref_arc_integral(seen, n);
                     to += sign * (ref_arc_integral_o(from, n) - ref_arc_integral_o(seen, n));
                     tv += ref_arc_integral_v(from, n) - ref_arc_integral_v(seen, n);
+                    if (sh)
+                        add_harmonics(&slice, sign, seen, from, sh);
                 }
                 if (i < list.count)
                     seen = fmax(seen, list.arcs[i].to);
@@ -273,5 +289,19 @@ double ref_arcs(const ref_image *image, const ref_settings *settings, const ref_
         for (int i = 0; i < 3; i++)
             bent[i] = size > 0.0 ? sum[i] / size : normal[i] / unit;
     }
+    for (int i = 0; sh && i < 9; i++)
+        sh[i] /= total;
     return visible / total;
+}
+
+double ref_arcs(const ref_image *image, const ref_settings *settings, const ref_slabs *slabs, int x, int y,
+                double bent[3]) {
+    return arcs_at(image, settings, slabs, x, y, bent, NULL);
+}
+
+void ref_arcs_sh(const ref_image *image, const ref_settings *settings, const ref_slabs *slabs, int x, int y,
+                 double sh[9]) {
+    for (int i = 0; i < 9; i++)
+        sh[i] = 0.0;
+    arcs_at(image, settings, slabs, x, y, NULL, sh);
 }

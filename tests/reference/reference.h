@@ -15,6 +15,11 @@ long double ref_arc(long double h_rad, long double n_rad);
 long double ref_arc_uniform(long double h_rad);
 /* Integral of cos(theta - n) |sin(theta)| (sin(theta), cos(theta)) from h0 to h1: components along o and v. */
 void ref_arc_bent(long double h0_rad, long double h1_rad, long double n_rad, long double t[2]);
+/* Real spherical harmonic of the unit vector d: index l (l + 1) + m, l <= 2. */
+long double ref_sh(int index, const long double d[3]);
+/* Integral of cos(theta - n) |sin(theta)| Y_i(sin(theta) o + cos(theta) v) from h0 to h1, uniform: without the cosine. */
+void ref_arc_sh(long double h0_rad, long double h1_rad, long double n_rad, int uniform, const double o[3],
+                const double v[3], double sh[9]);
 
 /* ---- scenes.c: images with exact depth and normals --------------------------------------------------------------- */
 
@@ -130,6 +135,9 @@ typedef struct ref_slabs {
  * shrinks towards its lower end (the tangent plane at most), in cosines, by the weight of the slab's nearest point. */
 double ref_arcs(const ref_image *image, const ref_settings *settings, const ref_slabs *slabs, int x, int y,
                 double bent[3]);
+/* Spherical harmonics of what is visible there times the cosine, over pi. Not of sky. */
+void ref_arcs_sh(const ref_image *image, const ref_settings *settings, const ref_slabs *slabs, int x, int y,
+                 double sh[9]);
 
 /* ---- memo.c: [J19] Algorithm 1, straight and scalar ---------------------------------------------------------------- */
 
@@ -147,5 +155,22 @@ void memo_noise(unsigned frame, float direction[16], float offset[16]);
  * not finite. All buffers are tightly packed. */
 void memo_gtao(int width, int height, const float *z, const float *normals, float focal_px, float cx, float cy,
                const memo_settings *settings, const float direction[16], const float offset[16], float *visibility);
+
+/* ---- specular.c: specular visibility by its definitions ------------------------------------------------------------ */
+
+/* Solid angle common to two caps of half angles a and b whose axes are d apart: quadrature over the circles of one. */
+long double ref_cap_intersection(long double a, long double b, long double d);
+
+typedef struct ref_lobe {
+    enum { REF_GGX, REF_BECKMANN, REF_BLINN, REF_PHONG, REF_BRDF } kind;
+    double alpha;
+    double f0;         /* REF_BRDF */
+    double n[3], v[3]; /* unit */
+} ref_lobe;
+
+/* D(h) n.l or (R.l)^p n.l, not normalised for Phong; REF_BRDF: GGX, height-correlated Smith, Schlick, times n.l. */
+double ref_lobe_value(const ref_lobe *lobe, const double l[3]);
+/* Its integral over the cone of unit axis b and half angle a (a = pi: all directions). */
+double ref_lobe_integral(const ref_lobe *lobe, const double b[3], double a);
 
 #endif

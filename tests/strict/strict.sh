@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds gtao.h in every language standard, with every compiler, for every target, at every optimisation level, as one
+# Builds gtao.h and gtso.h in every language standard, with every compiler, for every target, at every optimisation level, as one
 # implementation used by two translation units and as GTAO_STATIC copies in each; warnings are errors; what can run here
 # runs. Also prints how long the implementation takes to compile. Writes the Test Anything Protocol.
 set -u
@@ -24,7 +24,7 @@ for level in -O0 -Og -O2 -O3 "-O3 -march=native" "-Os" "-O2 -DNDEBUG -fno-math-e
     done
 done
 for compiler in "gcc|-std=c99" "clang|-std=c99" "g++|-std=c++11" "clang++|-std=c++11"; do
-    builds+=("$compiler -O1 -DGTAO_STATIC -DGTAO_IMPLEMENTATION|run")
+    builds+=("$compiler -O1 -DGTAO_STATIC -DGTAO_IMPLEMENTATION -DGTSO_IMPLEMENTATION|run")
 done
 builds+=("gcc|-std=c99 -O2 -flto|run" "gcc|-std=gnu17 -O2 -fsanitize=undefined|run")
 for level in -O0 -O2 "-O3 -msse2 -mfpmath=sse"; do

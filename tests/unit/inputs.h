@@ -335,12 +335,12 @@ static inline void input_free(input *in) {
 
 /* ---- results -------------------------------------------------------------------------------------------------- */
 
-enum { WANT_VISIBILITY = 1, WANT_BENT = 2, WANT_PACKED = 4, WANT_ALL = 7 };
+enum { WANT_VISIBILITY = 1, WANT_BENT = 2, WANT_PACKED = 4, WANT_ALL = 7, WANT_SH = 8, WANT_EVERYTHING = 15 };
 
 /* Output buffers, and scratch of exactly the promised size. */
 typedef struct result {
     gtao_output output;
-    plane visibility, bent, packed;
+    plane visibility, bent, packed, sh; /* sh: 9 times the rows */
     unsigned char *scratch_memory;
     void *scratch;
     size_t scratch_size;
@@ -370,6 +370,12 @@ static inline result result_make(const gtao_desc *desc, int want, gtao_format fo
         r.output.packed = (uint32_t *)(void *)r.packed.first;
         r.output.packed_stride = plane_stride(&r.packed);
     }
+    if (want & WANT_SH) {
+        r.sh = plane_make(9 * desc->height, sizeof(float) * width, l);
+        r.output.sh = (float *)(void *)r.sh.first;
+        r.output.sh_stride = plane_stride(&r.sh);
+        r.output.sh_plane_stride = plane_stride(&r.sh) * desc->height;
+    }
     r.scratch_size = gtao_scratch_size(desc);
     r.scratch_memory = (unsigned char *)malloc(r.scratch_size + scratch_offset);
     if (!r.scratch_memory)
@@ -382,18 +388,20 @@ static inline void result_free(result *r) {
     free(r->visibility.memory);
     free(r->bent.memory);
     free(r->packed.memory);
+    free(r->sh.memory);
     free(r->scratch_memory);
 }
 
 static inline int result_equal(const result *a, const result *b) {
     return (!a->visibility.memory || !b->visibility.memory || planes_equal(&a->visibility, &b->visibility)) &&
            (!a->bent.memory || !b->bent.memory || planes_equal(&a->bent, &b->bent)) &&
-           (!a->packed.memory || !b->packed.memory || planes_equal(&a->packed, &b->packed));
+           (!a->packed.memory || !b->packed.memory || planes_equal(&a->packed, &b->packed)) &&
+           (!a->sh.memory || !b->sh.memory || planes_equal(&a->sh, &b->sh));
 }
 
 static inline int result_spilled(const result *r) {
     return (r->visibility.memory && plane_spilled(&r->visibility)) || (r->bent.memory && plane_spilled(&r->bent)) ||
-           (r->packed.memory && plane_spilled(&r->packed));
+           (r->packed.memory && plane_spilled(&r->packed)) || (r->sh.memory && plane_spilled(&r->sh));
 }
 
 /* ---- a sequence of frames -------------------------------------------------------------------------------------- */

@@ -26,7 +26,7 @@ static call call_make(void) {
     call c;
     c.in = input_make(&base, WIDTH, HEIGHT, tight);
     c.desc = c.in.desc;
-    c.out = result_make(&c.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3, tight, 0);
+    c.out = result_make(&c.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 3, tight, 0);
     c.output = c.out.output;
     c.scratch = c.out.scratch;
     c.scratch_size = c.out.scratch_size;
@@ -137,6 +137,16 @@ enum { NULL_DESC = 1, NULL_OUTPUT = 2 };
     X(bent_stride_odd, GTAO_ERROR_OUTPUT_STRIDE, c->output.bent_stride = 12 * WIDTH + 3)                               \
     X(packed_stride_short, GTAO_ERROR_OUTPUT_STRIDE, c->output.packed_stride = 4 * WIDTH - 4)                          \
     X(packed_stride_odd, GTAO_ERROR_OUTPUT_STRIDE, c->output.packed_stride = 4 * WIDTH + 1)                            \
+    X(sh_bands_one, GTAO_ERROR_OUTPUT_SH, c->output.sh_bands = 1)                                                      \
+    X(sh_bands_four, GTAO_ERROR_OUTPUT_SH, c->output.sh_bands = 4)                                                     \
+    X(sh_bands_negative, GTAO_ERROR_OUTPUT_SH, c->output.sh_bands = -3)                                                \
+    X(sh_stride_short, GTAO_ERROR_OUTPUT_SH, c->output.sh_stride = 4 * WIDTH - 4)                                      \
+    X(sh_stride_odd, GTAO_ERROR_OUTPUT_SH, c->output.sh_stride = 4 * WIDTH + 2)                                        \
+    X(sh_plane_stride_short, GTAO_ERROR_OUTPUT_SH, c->output.sh_plane_stride = 4 * WIDTH * HEIGHT - 4)                 \
+    X(sh_plane_stride_negative, GTAO_ERROR_OUTPUT_SH, c->output.sh_plane_stride = 4 - 4 * WIDTH * HEIGHT)              \
+    X(sh_plane_stride_odd, GTAO_ERROR_OUTPUT_SH, c->output.sh_plane_stride = 4 * WIDTH * HEIGHT + 1)                   \
+    X(sh_rows_interleaved_short, GTAO_ERROR_OUTPUT_SH, interleave(&c->output, 4 * WIDTH, 4 * WIDTH * 9 - 4))           \
+    X(sh_planes_interleaved_short, GTAO_ERROR_OUTPUT_SH, interleave(&c->output, 4 * WIDTH - 4, 4 * WIDTH * 9))         \
     X(scratch_null, GTAO_ERROR_SCRATCH, c->scratch = NULL)                                                             \
     X(scratch_small, GTAO_ERROR_SCRATCH, c->scratch_size -= 1)                                                         \
     X(scratch_none, GTAO_ERROR_SCRATCH, c->scratch_size = 0)
@@ -157,6 +167,11 @@ static void ortho(gtao_desc *d, float sx, float sy) {
     d->camera.projection = GTAO_ORTHOGRAPHIC;
     d->camera.sx = sx;
     d->camera.sy = sy;
+}
+
+static void interleave(gtao_output *o, ptrdiff_t step, ptrdiff_t row) {
+    o->sh_plane_stride = step;
+    o->sh_stride = row;
 }
 
 static void behind(gtao_desc *d, int which, ptrdiff_t stride) {
@@ -219,7 +234,8 @@ static void every_error_fires(void **state) {
         got = gtao_begin(desc, output, c.scratch, c.scratch_size, &context);
         if (got != breakages[i].expected)
             fail_msg("%s: gtao_begin: \"%s\"", breakages[i].name, gtao_result_string(got));
-        if (!untouched(&c.out.visibility) || !untouched(&c.out.bent) || !untouched(&c.out.packed) || stats.pixels != 0)
+        if (!untouched(&c.out.visibility) || !untouched(&c.out.bent) || !untouched(&c.out.packed) ||
+            !untouched(&c.out.sh) || stats.pixels != 0)
             fail_msg("%s: something was written all the same", breakages[i].name);
         /* Only what the description says decides about the size. */
         if (breakages[i].expected < GTAO_ERROR_OUTPUT && gtao_scratch_size(desc) != 0)

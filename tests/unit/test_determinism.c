@@ -34,11 +34,11 @@ static void compare_isas(const setting *s, int width, int height) {
     input in = input_make(s, width, height, tight);
     result scalar;
     in.desc.isa = GTAO_ISA_SCALAR;
-    scalar = compute(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3);
+    scalar = compute(&in.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 3);
     for (int i = 1; i < count; i++) {
         result r;
         in.desc.isa = isas[i];
-        r = compute(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3);
+        r = compute(&in.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 3);
         if (!result_equal(&r, &scalar))
             fail_msg("%s, %dx%d: %s differs from scalar", s->name, width, height, gtao_isa_name(isas[i]));
         result_free(&r);
@@ -66,11 +66,11 @@ static void isas_agree_at_all_sizes(void **state) {
 static void row_splits_agree(void **state) {
     const setting *s = (const setting *)*state;
     input in = input_make(s, 61, 43, tight);
-    result whole = result_make(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 4, tight, 0);
+    result whole = result_make(&in.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 4, tight, 0);
     gtao_stats whole_stats = {0};
     assert_int_equal(gtao_compute(&in.desc, &whole.output, whole.scratch, whole.scratch_size, &whole_stats), GTAO_OK);
     for (int rows = 1; rows <= 45; rows += rows < 6 ? 1 : 13) {
-        result r = result_make(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 4, tight, 0);
+        result r = result_make(&in.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 4, tight, 0);
         gtao_context *context = NULL;
         gtao_stats stats = {0};
         int bands = (43 + rows - 1) / rows;
@@ -113,9 +113,9 @@ static void *work(void *argument) {
 static void threads_agree(void **state) {
     const setting *s = (const setting *)*state;
     input in = input_make(s, 61, 43, tight);
-    result one = compute(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3);
+    result one = compute(&in.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 3);
     for (int threads = 2; threads <= 5; threads++) {
-        result r = result_make(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        result r = result_make(&in.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 3, tight, 0);
         gtao_context *context = NULL;
         worker workers[5];
         assert_int_equal(gtao_begin(&in.desc, &r.output, r.scratch, r.scratch_size, &context), GTAO_OK);
@@ -146,11 +146,12 @@ static void layouts_agree(void **state) {
     const setting *s = (const setting *)*state;
     const int count = (int)(sizeof layouts / sizeof layouts[0]);
     input plain = input_make(s, 37, 23, tight);
-    result expected = compute(&plain.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3);
+    result expected = compute(&plain.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 3);
     for (int i = 0; i < count; i++) {
         /* A different one for the output, so that nothing relies on both being alike. */
         input in = input_make(s, 37, 23, layouts[i]);
-        result r = result_make(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3, layouts[(i + 1) % count], (size_t)(i + 1));
+        result r =
+            result_make(&in.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 3, layouts[(i + 1) % count], (size_t)(i + 1));
         assert_int_equal(gtao_compute(&in.desc, &r.output, r.scratch, r.scratch_size, NULL), GTAO_OK);
         if (!result_equal(&r, &expected))
             fail_msg("%s: layout %d differs", s->name, i);
@@ -177,11 +178,11 @@ static void formats_agree(void **state) {
     const setting *s = (const setting *)*state;
     const int width = 45, height = 19;
     input in = input_make(s, width, height, tight);
-    result all = compute(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3);
-    result four = compute(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 4);
-    result bytes = compute(&in.desc, WANT_ALL, GTAO_FORMAT_UNORM8, 3);
+    result all = compute(&in.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 3);
+    result four = compute(&in.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 4);
+    result bytes = compute(&in.desc, WANT_EVERYTHING, GTAO_FORMAT_UNORM8, 3);
     result words = compute(&in.desc, WANT_VISIBILITY, GTAO_FORMAT_UNORM16, 3);
-    for (int want = 1; want < WANT_ALL; want++) {
+    for (int want = 1; want < WANT_EVERYTHING; want++) {
         result r = compute(&in.desc, want, GTAO_FORMAT_FLOAT, 3);
         if (!result_equal(&r, &all))
             fail_msg("%s: outputs %d alone differ from all together", s->name, want);

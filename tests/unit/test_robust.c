@@ -52,6 +52,16 @@ static void check_values(const result *r, int width, int height, const char *wha
             float v = plane_get(&r->visibility, y, x), bx = plane_get(&r->bent, y, 3 * x),
                   by = plane_get(&r->bent, y, 3 * x + 1), bz = plane_get(&r->bent, y, 3 * x + 2);
             double length = sqrt((double)bx * (double)bx + (double)by * (double)by + (double)bz * (double)bz);
+            for (int i = 0; i < 9; i++) {
+                float c = plane_get(&r->sh, i * height + y, x);
+                if (!float_finite(c) || !(fabs((double)c) < 1.3))
+                    fail_msg("%s: coefficient %d is %g at (%d, %d)", what, i, (double)c, x, y);
+            }
+            double first = 0.0; /* a bent normal before it gets unit length: at most 1 and what few slices overshoot */
+            for (int i = 1; i < 4; i++)
+                first += pow((double)plane_get(&r->sh, i * height + y, x) / 0.48860251, 2.0);
+            if (!(first < 2.9))
+                fail_msg("%s: first band of length %g at (%d, %d)", what, sqrt(first), x, y);
             if (!float_finite(v) || !(v >= 0.0f && v <= 1.0f))
                 fail_msg("%s: visibility %g at (%d, %d)", what, (double)v, x, y);
             if (!float_finite(bx) || !float_finite(by) || !float_finite(bz) || !(fabs(length - 1.0) < 1e-4))
@@ -68,7 +78,7 @@ static result compute_checked(gtao_desc desc, const char *what) {
         if (!gtao_isa_available((gtao_isa)isa))
             continue;
         desc.isa = (gtao_isa)isa;
-        r = result_make(&desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        r = result_make(&desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 3, tight, 0);
         memset(r.scratch, 0xFF, r.scratch_size); /* all NaN */
         status = gtao_compute(&desc, &r.output, r.scratch, r.scratch_size, NULL);
         if (status != GTAO_OK)

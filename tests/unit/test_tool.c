@@ -341,6 +341,34 @@ static void test_formats_agree(void **state) {
         remove_file(names[i]);
 }
 
+/* Channels sh.0 to sh.8 are the library's planes. */
+static void test_spherical_harmonics(void **state) {
+    (void)state;
+    static const char *const names[9] = {"sh.0", "sh.1", "sh.2", "sh.3", "sh.4", "sh.5", "sh.6", "sh.7", "sh.8"};
+    static float planes[9][PIXELS];
+    gtao_desc desc;
+    gtao_output output;
+    image_error error;
+    describe(&desc);
+    memset(&output, 0, sizeof output);
+    output.sh = planes[0];
+    size_t size = gtao_scratch_size(&desc);
+    void *scratch = malloc(size);
+    assert_int_equal(gtao_compute(&desc, &output, scratch, size, NULL), GTAO_OK);
+    free(scratch);
+    run_well(INPUT "--sh @/s.exr -o @/v.exr");
+    for (int c = 0; c < 9; ++c) {
+        image one;
+        if (!image_read_channels(in_directory("s.exr"), names + c, 1, &one, &error))
+            fail_msg("%s", error.text);
+        assert_true(one.width == WIDTH && one.height == HEIGHT);
+        assert_memory_equal(one.data, planes[c], sizeof planes[c]);
+        image_free(&one);
+    }
+    remove_file("s.exr");
+    remove_file("v.exr");
+}
+
 static void test_albedo(void **state) {
     (void)state;
     static const float albedo[3] = {0.9f, 0.5f, 0.0f};
@@ -573,13 +601,13 @@ static void test_occluders_with_thickness(void **state) {
 static void test_help(void **state) {
     (void)state;
     static const char *const options[] = {
-        "--depth ",  "--depth-kind ",    "--device-scale ", "--device-bias ", "--normal ", "--normal-axes ",
-        "--focal ",  "--center ",        "--fov-y ",        "--ortho ",       "--radius ", "--normal-to-view ",
-        "--falloff", "--thin-blend ",    "--thickness ",    "--preset ",      "--slices ", "--max-radius-px ",
-        "--steps ",  "--estimator ",     "--weighting ",    "--noise ",       "--frame ",  "--half ",
-        "--denoise", "--albedo ",        "--border ",       "--sky ",         "--bent ",   "--isa ",
-        "--threads", "--no-skip ",       "--repeat ",       "--stats ",       "-o FILE",   "--back ",
-        "--layer ",  "--thickness-map ",
+        "--depth ",  "--depth-kind ", "--device-scale ",  "--device-bias ", "--normal ", "--normal-axes ",
+        "--focal ",  "--center ",     "--fov-y ",         "--ortho ",       "--radius ", "--normal-to-view ",
+        "--falloff", "--thin-blend ", "--thickness ",     "--preset ",      "--slices ", "--max-radius-px ",
+        "--steps ",  "--estimator ",  "--weighting ",     "--noise ",       "--frame ",  "--half ",
+        "--denoise", "--albedo ",     "--border ",        "--sky ",         "--bent ",   "--isa ",
+        "--sh ",     "--threads",     "--no-skip ",       "--repeat ",      "--stats ",  "-o FILE",
+        "--back ",   "--layer ",      "--thickness-map ",
     };
     static char text[16384];
     run_well("--help");
@@ -712,6 +740,11 @@ static void test_bad_options(void **state) {
         {"--bent @/b", "--bent"},
         {"--bent @/v.exr", "--bent"}, /* as -o */
         {"--bent @/no/b.exr", "--bent"},
+        {"--sh @/s.pfm", "--sh"},
+        {"--sh @/v.exr", "--sh"}, /* as -o */
+        {"--sh @/no/s.exr", "--sh"},
+        {"--sh @/s.exr --half", "--sh"},
+        {"--sh @/s.exr --denoise 1", "--sh"},
         {"--stats @/no/s.json", "--stats"},
         {"--stats @/n.exr", "--stats"},
     };
@@ -861,6 +894,7 @@ int main(void) {
         cmocka_unit_test(test_depth_kinds),
         cmocka_unit_test(test_fov),
         cmocka_unit_test(test_formats_agree),
+        cmocka_unit_test(test_spherical_harmonics),
         cmocka_unit_test(test_albedo),
         cmocka_unit_test(test_threads_and_kernels),
         cmocka_unit_test(test_axes),

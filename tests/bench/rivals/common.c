@@ -127,12 +127,12 @@ void rival_random_fill(rival_random *r, int count) {
         double u[2], w[2];
         sample_jitter(i, 0, u);
         sample_jitter(i, 1, w);
-        double z = 1 - 2 * u[0], s = sqrt(1 - z * z), phi = 2 * BENCH_PI * u[1], turn = 2 * BENCH_PI * w[0];
+        double z = 1 - 2 * u[0], s = sqrt(1 - z * z), phi = 2 * V3_PI * u[1], turn = 2 * V3_PI * w[0];
         r->unit[i] = (v3f){(float)(s * cos(phi)), (float)(s * sin(phi)), (float)z};
         r->angle[i][0] = (float)cos(turn), r->angle[i][1] = (float)sin(turn);
         r->jitter[i] = (float)w[1];
     }
-    const double golden = BENCH_PI * (3 - sqrt(5.0));
+    const double golden = V3_PI * (3 - sqrt(5.0));
     for (int i = 0; i < count; ++i) {
         /* radii by a second sequence, so that neither depends on the other */
         double z = 1 - (2 * i + 1.0) / count, s = sqrt(1 - z * z), phi = golden * i;

@@ -1,10 +1,10 @@
-/* Three-component vectors in double precision for the scenes and the ground truth. */
-#ifndef BENCH_VEC_H
-#define BENCH_VEC_H
+/* vec.h - three-component vectors in double precision. */
+#ifndef EXAMPLES_VEC_H
+#define EXAMPLES_VEC_H
 
 #include <math.h>
 
-#define BENCH_PI 3.14159265358979323846
+#define V3_PI 3.14159265358979323846
 
 typedef struct vec3 {
     double x, y, z;

@@ -1,0 +1,1393 @@
+/* baking.c - see baking.h */
+#include "baking.h"
+
+#include "canvas.h"
+#include "cli.h"
+#include "gtao.h"
+#include "pool.h"
+#include "raster.h"
+#include "terrain.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#define MIB 1048576.0
+
+enum { OUT_VISIBILITY, OUT_BENT, OUT_HORIZONS, OUT_COUNT };
+
+typedef struct settings {
+    terrain_source source;
+    const char *output[OUT_COUNT];
+    const char *stats, *work, *picture;
+    double pixel[2];
+    int pixel_count;
+    float radius, falloff;
+    int border, directions, isa, threads, tile, fresh, bits;
+    double memory;
+    int bent_world, green_down;
+    char world_axis[3]; /* which axis of the world the image's right, up and outward are */
+    float world_sign[3];
+    uint64_t given;
+} settings;
+
+struct baking {
+    const char *program;
+    int quiet;
+    settings o;
+    terrain map;
+    int has_map, created_work, lock, limited; /* limited: tiles of at most 1024 pixels, to share them out */
+    char work[4096];
+    int tile_width, tile_height, columns, rows;
+    pool *workers;
+    double started, shown, seconds_reading, seconds_computing, seconds_writing;
+    int first_done, progress_count, progress_done, tiles_found, tiles_computed;
+    long long pixels_computed;
+
+    /* the tile in work */
+    gtao_sweep *sweep;
+    char *work_memory; /* of each thread */
+    size_t work_bytes;
+    int phase;
+};
+
+/* ---- options ----------------------------------------------------------------------------------------------------- */
+
+enum {
+    OPT_HEIGHT,
+    OPT_RAW_SIZE,
+    OPT_PIXEL_SIZE,
+    OPT_HEIGHT_SCALE,
+    OPT_INTEGERS,
+    OPT_NO_DATA,
+    OPT_NORMAL,
+    OPT_NORMAL_GREEN,
+    OPT_WRAP,
+    OPT_BORDER,
+    OPT_DIRECTIONS,
+    OPT_RADIUS,
+    OPT_FALLOFF,
+    OPT_OUTPUT,
+    OPT_BENT,
+    OPT_BENT_SPACE,
+    OPT_GREEN,
+    OPT_WORLD_AXES,
+    OPT_HORIZONS,
+    OPT_PICTURE,
+    OPT_BITS,
+    OPT_MEMORY,
+    OPT_TILE,
+    OPT_OVERLAP,
+    OPT_WORK,
+    OPT_FRESH,
+    OPT_THREADS,
+    OPT_ISA,
+    OPT_STATS,
+    OPT_HELP,
+    OPT_COUNT
+};
+
+typedef struct option_info {
+    const char *name, *value, *help; /* value null: a flag */
+} option_info;
+
+static const option_info option_table[OPT_COUNT] = {
+    {"--height", "FILE[:CHANNEL]", "heights: .exr, .pfm, .png, .tif, .raw or .f32 (floats)"},
+    {"--raw-size", "W,H", "size of a raw file"},
+    {"--pixel-size", "SX[,SY]", "world units per pixel (a GeoTIFF states its own)"},
+    {"--height-scale", "S", "world units per unit of height (1)"},
+    {"--integers", "unit|stored", "integer heights: full scale is 1 (PNG), or as stored (TIFF)"},
+    {"--no-data", "VALUE", "cells of this value are holes; nan and inf too (a GeoTIFF states its own)"},
+    {"--normal", "FILE[:LAYER]", "normal map in tangent space; without: from the heights"},
+    {"--normal-green", "opengl|directx", "its green is up (opengl) or down the image"},
+    {"--wrap", NULL, "the map repeats: --border wrap"},
+    {"--border", "open|clamp|wrap", "beyond the map is nothing (open), its edge, or the map again"},
+    {"--directions", "N", "1..64 directions, each to both sides (32)"},
+    {"--radius", "R", "reach of occluders, world units (inf: the whole map)"},
+    {"--falloff", "F", "part of the radius over which occlusion fades out, 0..1 (0)"},
+    {"-o", "FILE", "visibility, 1 = open; .exr, .pfm, .png, .tif, .raw or .f32"},
+    {"--bent", "FILE", "bent normals"},
+    {"--bent-space", "tangent|world", "(tangent: x right, z out of the map)"},
+    {"--green", "opengl|directx", "green of the tangent space is up (opengl) or down the image"},
+    {"--world-axes", "+x+y+z", "world: the axes that right, up and out of the map are; +x-z+y: y is up"},
+    {"--horizons", "FILE", "sine of the horizon's elevation, a channel for each side of each direction"},
+    {"--picture", "FILE.png", "a look at it: heights, visibility, bent normals, and lit by sun and sky"},
+    {"--bits", "8|16", "of PNG files (8)"},
+    {"--memory", "SIZE", "to use at most, such as 512M or 2G (1G); decides the size of the tiles"},
+    {"--tile", "N", "pixels a side of a tile instead"},
+    {"--overlap", "N", "pixels around a tile at full resolution, 128, 256, 512 ... (256)"},
+    {"--work", "DIR", "for what is unfinished (the first output's name and .work)"},
+    {"--fresh", NULL, "do not go on with what an earlier run left there"},
+    {"--threads", "N", "(all processors) the results are the same bits"},
+    {"--isa", "auto|scalar|sse2|avx2|avx512|neon", "(auto) the results are the same bits"},
+    {"--stats", "FILE", "write times and bounds as JSON"},
+    {"--help", NULL, ""},
+};
+
+static const char *const integer_kinds[] = {"", "stored", "unit", NULL};
+static const char *const greens[] = {"opengl", "directx", NULL};
+static const char *const spaces[] = {"tangent", "world", NULL};
+static const char *const borders[] = {"open", "clamp", "wrap", NULL};
+static const char *const isas[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon", NULL};
+static const int output_option[OUT_COUNT] = {OPT_OUTPUT, OPT_BENT, OPT_HORIZONS};
+
+static int error_line(const baking *b, const char *format, ...) {
+    va_list args;
+    if (b->quiet)
+        return 0;
+    va_start(args, format);
+    if (b->shown > 0.0)
+        fputs("\r\033[K", stderr);
+    fprintf(stderr, "%s: ", b->program);
+    vfprintf(stderr, format, args);
+    fputc('\n', stderr);
+    va_end(args);
+    return 0;
+}
+
+static int bad_value(const baking *b, int id, const char *value, const char *expected) {
+    return error_line(b, "%s %s: must be %s", option_table[id].name, value, expected);
+}
+
+static int given(const baking *b, int id) {
+    return (int)(b->o.given >> id & 1);
+}
+
+static void print_help(const char *program) {
+    printf("%s - ambient visibility, bent normals and horizons of a height map of any size\n\n"
+           "usage: %s --height FILE --pixel-size S [options] -o FILE\n\n",
+           program, program);
+    for (int i = 0; i < OPT_COUNT; ++i) {
+        char left[64];
+        const option_info *info = option_table + i;
+        snprintf(left, sizeof left, "%s %s", info->name, info->value ? info->value : "");
+        if (strlen(left) > 30)
+            printf("  %s\n  %-30s %s\n", left, "", info->help);
+        else
+            printf("  %-30s %s\n", left, info->help);
+    }
+    puts("\nA run that was killed goes on where it stopped when the same command is given again.");
+}
+
+static int set_choice(const baking *b, int id, const char *value, const char *const *names, int *choice) {
+    *choice = value[0] ? cli_choice(value, names) : -1;
+    return *choice >= 0 ? 1 : bad_value(b, id, value, option_table[id].value);
+}
+
+static int set_number(const baking *b, int id, const char *value, double lowest, double highest, const char *expected,
+                      double *number) {
+    return cli_number(value, number) && *number >= lowest && *number <= highest ? 1 : bad_value(b, id, value, expected);
+}
+
+static int set_integer(const baking *b, int id, const char *value, long lowest, long highest, const char *expected,
+                       int *number) {
+    long v;
+    if (!cli_integer(value, lowest, highest, &v))
+        return bad_value(b, id, value, expected);
+    *number = (int)v;
+    return 1;
+}
+
+/* 512M, 2G, 1.5g; bytes without a letter. */
+static int set_memory(baking *b, const char *value) {
+    char text[64];
+    size_t n = strlen(value);
+    double factor = 1.0;
+    if (n >= sizeof text)
+        return bad_value(b, OPT_MEMORY, value, "a size such as 512M or 2G");
+    memcpy(text, value, n + 1);
+    const char *letters = "kKmMgGtT", *at = n > 1 ? strchr(letters, text[n - 1]) : NULL;
+    if (at) {
+        text[n - 1] = 0;
+        for (long k = (at - letters) / 2; k >= 0; --k)
+            factor *= 1024.0;
+    }
+    if (!cli_number(text, &b->o.memory) || !(b->o.memory > 0.0) || isinf(b->o.memory))
+        return bad_value(b, OPT_MEMORY, value, "a size such as 512M or 2G");
+    b->o.memory *= factor;
+    return 1;
+}
+
+/* "+x-z+y": three signed axes, each once. */
+static int set_axes(baking *b, const char *value) {
+    const char *c = value;
+    int seen = 0;
+    for (int i = 0; i < 3; ++i, c += 2) {
+        if ((c[0] != '+' && c[0] != '-') || c[1] < 'x' || c[1] > 'z')
+            return bad_value(b, OPT_WORLD_AXES, value, "three signed axes, each once, such as +x-z+y");
+        b->o.world_sign[i] = c[0] == '-' ? -1.0f : 1.0f;
+        b->o.world_axis[i] = (char)(c[1] - 'x');
+        seen |= 1 << b->o.world_axis[i];
+    }
+    return *c == 0 && seen == 7 ? 1
+                                : bad_value(b, OPT_WORLD_AXES, value, "three signed axes, each once, such as +x-z+y");
+}
+
+static int set_numbers(const baking *b, int id, const char *value, int highest, const char *expected, double *numbers,
+                       int *count) {
+    float v[2];
+    *count = cli_numbers(value, 1, highest, v);
+    for (int i = 0; i < *count; ++i) {
+        if (!isfinite(v[i]) || !(v[i] > 0.0f))
+            *count = 0;
+        numbers[i] = (double)v[i];
+    }
+    return *count > 0 ? 1 : bad_value(b, id, value, expected);
+}
+
+static int set_option(baking *b, int id, const char *value) {
+    settings *o = &b->o;
+    double number, size[2];
+    int count;
+    switch (id) {
+    case OPT_HEIGHT:
+        o->source.heights = value;
+        return 1;
+    case OPT_RAW_SIZE:
+        if (!set_numbers(b, id, value, 2, "two sizes in pixels, W,H", size, &count))
+            return 0;
+        if (count != 2 || size[0] > RASTER_MAX_SIZE || size[1] > RASTER_MAX_SIZE || size[0] != floor(size[0]) ||
+            size[1] != floor(size[1]))
+            return bad_value(b, id, value, "two sizes in pixels, W,H");
+        o->source.raw_width = (int)size[0];
+        o->source.raw_height = (int)size[1];
+        return 1;
+    case OPT_PIXEL_SIZE:
+        return set_numbers(b, id, value, 2, "one or two positive numbers", o->pixel, &o->pixel_count);
+    case OPT_HEIGHT_SCALE:
+        if (!cli_number(value, &o->source.height_scale) || !isfinite(o->source.height_scale) ||
+            !(fabs(o->source.height_scale) > 0.0))
+            return bad_value(b, id, value, "a finite number, not 0");
+        return 1;
+    case OPT_INTEGERS:
+        return set_choice(b, id, value, integer_kinds, &o->source.integers);
+    case OPT_NO_DATA:
+        o->source.has_no_data = 1;
+        if (strcmp(value, "nan") == 0 || strcmp(value, "NaN") == 0) {
+            o->source.no_data = (double)NAN;
+            return 1;
+        }
+        return cli_number(value, &o->source.no_data) ? 1 : bad_value(b, id, value, "a number, or nan");
+    case OPT_NORMAL:
+        o->source.normals = value;
+        return 1;
+    case OPT_NORMAL_GREEN:
+        return set_choice(b, id, value, greens, &o->source.green_down);
+    case OPT_WRAP:
+        o->border = GTAO_BORDER_WRAP;
+        return 1;
+    case OPT_BORDER:
+        return set_choice(b, id, value, borders, &o->border);
+    case OPT_DIRECTIONS:
+        return set_integer(b, id, value, 1, 64, "an integer, 1..64", &o->directions);
+    case OPT_RADIUS:
+        if (!cli_number(value, &number) || !(number > 0.0))
+            return bad_value(b, id, value, "a positive number, or inf");
+        o->radius = (float)number;
+        return 1;
+    case OPT_FALLOFF:
+        if (!set_number(b, id, value, 0.0, 1.0, "0..1", &number))
+            return 0;
+        o->falloff = (float)number;
+        return 1;
+    case OPT_OUTPUT:
+        o->output[OUT_VISIBILITY] = value;
+        return 1;
+    case OPT_BENT:
+        o->output[OUT_BENT] = value;
+        return 1;
+    case OPT_BENT_SPACE:
+        return set_choice(b, id, value, spaces, &o->bent_world);
+    case OPT_GREEN:
+        return set_choice(b, id, value, greens, &o->green_down);
+    case OPT_WORLD_AXES:
+        return set_axes(b, value);
+    case OPT_HORIZONS:
+        o->output[OUT_HORIZONS] = value;
+        return 1;
+    case OPT_PICTURE:
+        o->picture = value;
+        return 1;
+    case OPT_BITS:
+        if (!set_integer(b, id, value, 8, 16, "8 or 16", &o->bits))
+            return 0;
+        return o->bits == 8 || o->bits == 16 ? 1 : bad_value(b, id, value, "8 or 16");
+    case OPT_MEMORY:
+        return set_memory(b, value);
+    case OPT_TILE:
+        return set_integer(b, id, value, 16, 16384, "an integer, 16..16384", &o->tile);
+    case OPT_OVERLAP:
+        if (!set_integer(b, id, value, 2 * TERRAIN_RINGS, 4096, "128, 256, 512, 1024, 2048 or 4096",
+                         &o->source.overlap))
+            return 0;
+        return (o->source.overlap & (o->source.overlap - 1)) == 0
+                   ? 1
+                   : bad_value(b, id, value, "128, 256, 512, 1024, 2048 or 4096");
+    case OPT_WORK:
+        o->work = value;
+        return 1;
+    case OPT_FRESH:
+        o->fresh = 1;
+        return 1;
+    case OPT_THREADS:
+        return set_integer(b, id, value, 1, 1024, "an integer, 1..1024", &o->threads);
+    case OPT_ISA:
+        if (!set_choice(b, id, value, isas, &o->isa))
+            return 0;
+        return o->isa == GTAO_ISA_AUTO || gtao_isa_available((gtao_isa)o->isa)
+                   ? 1
+                   : error_line(b, "--isa %s: not compiled in, or not supported by this machine", value);
+    case OPT_STATS:
+        o->stats = value;
+        return 1;
+    default:
+        return 1;
+    }
+}
+
+static int parse_options(baking *b, int argc, char **argv) {
+    for (int i = 1; i < argc; ++i) {
+        const char *name = argv[i], *value = NULL;
+        const char *equals = strncmp(name, "--", 2) == 0 ? strchr(name, '=') : NULL;
+        size_t length = equals ? (size_t)(equals - name) : strlen(name);
+        int id = 0;
+        while (id < OPT_COUNT &&
+               (strlen(option_table[id].name) != length || memcmp(option_table[id].name, name, length) != 0))
+            ++id;
+        if (id == OPT_COUNT)
+            return error_line(b, "%s: unknown option, see --help", name);
+        if (option_table[id].value) {
+            value = equals ? equals + 1 : i + 1 < argc ? argv[++i] : NULL;
+            if (!value || !value[0] || (!equals && strncmp(value, "--", 2) == 0))
+                return error_line(b, "%s: needs a value, %s", option_table[id].name, option_table[id].value);
+        } else if (equals) {
+            return error_line(b, "%s: takes no value", option_table[id].name);
+        }
+        b->o.given |= (uint64_t)1 << id;
+        if (!set_option(b, id, value))
+            return 0;
+    }
+    return 1;
+}
+
+static int same_file(const char *x, const char *y) {
+    struct stat a, b;
+    return strcmp(x, y) == 0 || (stat(x, &a) == 0 && stat(y, &b) == 0 && a.st_dev == b.st_dev && a.st_ino == b.st_ino);
+}
+
+static int check_file(const baking *b, const char *name, const char *file) {
+    struct stat info;
+    char directory[4096];
+    const char *slash = strrchr(file, '/');
+    size_t n = slash == file ? 1 : slash ? (size_t)(slash - file) : 0;
+    if (stat(file, &info) == 0 && !S_ISREG(info.st_mode))
+        return error_line(b, "%s %s: not a regular file", name, file);
+    if (n >= sizeof directory)
+        return error_line(b, "%s %s: name too long", name, file);
+    memcpy(directory, file, n);
+    directory[n] = 0;
+    if (access(n ? directory : ".", W_OK | X_OK) != 0)
+        return error_line(b, "%s %s: its directory is %s", name, file,
+                          stat(n ? directory : ".", &info) == 0 ? "not writable" : "missing");
+    return 1;
+}
+
+static int check_options(baking *b) {
+    settings *o = &b->o;
+    const char *files[OUT_COUNT + 2], *names[OUT_COUNT + 2], *inputs[] = {o->source.heights, o->source.normals};
+    int count = 0;
+    if (!o->source.heights)
+        return error_line(b, "--height: required, see --help");
+    for (int k = 0; k < OUT_COUNT; ++k)
+        if (o->output[k]) {
+            raster_format format = raster_format_of(o->output[k]);
+            names[count] = option_table[output_option[k]].name;
+            files[count++] = o->output[k];
+            if (format == RASTER_UNKNOWN)
+                return error_line(b, "%s %s: unknown format, the name must end in .exr, .pfm, .png, .tif, .raw or .f32",
+                                  names[count - 1], o->output[k]);
+            if (k == OUT_HORIZONS && (format == RASTER_PNG || format == RASTER_PFM))
+                return error_line(b, "--horizons %s: %d channels need .exr, .tif or .raw", o->output[k],
+                                  2 * o->directions);
+        }
+    if (!count)
+        return error_line(b, "-o, --bent or --horizons: one of them is required, see --help");
+    const char *first = files[0];
+    if (o->picture) {
+        names[count] = "--picture";
+        files[count++] = o->picture;
+        if (raster_format_of(o->picture) != RASTER_PNG)
+            return error_line(b, "--picture %s: the name must end in .png", o->picture);
+        if (!o->output[OUT_VISIBILITY])
+            return error_line(b, "--picture: only with -o");
+    }
+    if (o->stats) {
+        names[count] = "--stats";
+        files[count++] = o->stats;
+    }
+    for (int i = 0; i < count; ++i) {
+        char path[4096];
+        if (!check_file(b, names[i], files[i]))
+            return 0;
+        for (int k = 0; k < i; ++k)
+            if (same_file(files[i], files[k]))
+                return error_line(b, "%s %s: the same file as %s", names[i], files[i], names[k]);
+        for (int k = 0; k < 2; ++k)
+            if (inputs[k] && image_spec_path(inputs[k], path, sizeof path) && same_file(files[i], path))
+                return error_line(b, "%s %s: would overwrite the input", names[i], files[i]);
+    }
+    if (given(b, OPT_WRAP) && given(b, OPT_BORDER) && o->border != GTAO_BORDER_WRAP)
+        return error_line(b, "--wrap: cannot be combined with --border %s", borders[o->border]);
+    if (given(b, OPT_NORMAL_GREEN) && !o->source.normals)
+        return error_line(b, "--normal-green: only with --normal");
+    for (int id = OPT_BENT_SPACE; id <= OPT_WORLD_AXES; ++id)
+        if (given(b, id) && !o->output[OUT_BENT])
+            return error_line(b, "%s: only with --bent", option_table[id].name);
+    if (given(b, OPT_GREEN) && o->bent_world)
+        return error_line(b, "--green: only with --bent-space tangent");
+    if (given(b, OPT_WORLD_AXES) && !o->bent_world)
+        return error_line(b, "--world-axes: only with --bent-space world");
+    if (snprintf(b->work, sizeof b->work, "%s%s", o->work ? o->work : first, o->work ? "" : ".work") >=
+        (int)sizeof b->work - 64)
+        return error_line(b, "--work %s: name too long", o->work ? o->work : first);
+    return 1;
+}
+
+baking *baking_parse(const char *program, int quiet, int argc, char **argv, int *status) {
+    *status = 2;
+    for (int i = 1; i < argc; ++i)
+        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
+            if (!quiet)
+                print_help(program);
+            *status = 0;
+            return NULL;
+        }
+    baking *b = calloc(1, sizeof *b);
+    if (!b) {
+        fprintf(stderr, "%s: not enough memory\n", program);
+        return NULL;
+    }
+    b->program = program;
+    b->quiet = quiet;
+    b->lock = -1;
+    b->limited = strcmp(program, "bake-mpi") == 0;
+    b->o.source.height_scale = 1.0;
+    b->o.source.overlap = 256;
+    b->o.radius = HUGE_VALF;
+    b->o.directions = 32;
+    b->o.memory = 1024.0 * MIB;
+    b->o.bits = 8;
+    b->o.threads = b->limited ? 1 : cli_processors();
+    set_axes(b, "+x+y+z");
+    if (parse_options(b, argc, argv) && check_options(b))
+        return b;
+    free(b);
+    return NULL;
+}
+
+void baking_free(baking *b) {
+    if (!b)
+        return;
+    if (b->has_map)
+        terrain_close(&b->map);
+    pool_destroy(b->workers);
+    if (b->lock >= 0)
+        close(b->lock);
+    free(b);
+}
+
+/* ---- the size of the tiles --------------------------------------------------------------------------------------- */
+
+typedef struct box {
+    int x, y, width, height;
+} box;
+
+/* What is computed for a core: at an open border the map ends, beyond others something goes on. */
+static box window_of(const baking *b, box core) {
+    int m = b->map.overlap, beyond = b->o.border == GTAO_BORDER_OPEN ? 0 : m;
+    if (core.width == b->map.width && core.height == b->map.height)
+        return core; /* the library knows borders itself */
+    int x0 = core.x - m, y0 = core.y - m, x1 = core.x + core.width + m, y1 = core.y + core.height + m;
+    x0 = x0 < -beyond ? -beyond : x0;
+    y0 = y0 < -beyond ? -beyond : y0;
+    x1 = x1 > b->map.width + beyond ? b->map.width + beyond : x1;
+    y1 = y1 > b->map.height + beyond ? b->map.height + beyond : y1;
+    box w = {x0, y0, x1 - x0, y1 - y0};
+    return w;
+}
+
+static void describe(baking *b, box window, int whole, gtao_desc *desc) {
+    memset(desc, 0, sizeof *desc);
+    desc->width = window.width;
+    desc->height = window.height;
+    desc->depth = (const float *)b; /* not null; set before it is read */
+    desc->depth_kind = GTAO_DEPTH_HEIGHT;
+    desc->camera.projection = GTAO_ORTHOGRAPHIC;
+    desc->camera.sx = (float)b->o.pixel[0];
+    desc->camera.sy = (float)b->o.pixel[1];
+    desc->border = whole ? (gtao_border)b->o.border : GTAO_BORDER_OPEN;
+    desc->radius = b->o.radius;
+    desc->falloff = b->o.falloff;
+    desc->slices = b->o.directions;
+    desc->isa = (gtao_isa)b->o.isa;
+}
+
+static int channels_of(const baking *b, int output) {
+    return output == OUT_BENT ? 3 : output == OUT_HORIZONS ? 2 * b->o.directions : 1;
+}
+
+/* What is asked of the library. The buffers' contents do not matter when sizes are asked for. */
+static void describe_outputs(box window, box core, float *const planes[OUT_COUNT], gtao_output *output,
+                             gtao_sweep_options *options) {
+    memset(output, 0, sizeof *output);
+    memset(options, 0, sizeof *options);
+    output->visibility = planes[OUT_VISIBILITY];
+    output->bent_normals = planes[OUT_BENT];
+    options->horizons = planes[OUT_HORIZONS];
+    options->region[0] = core.x - window.x;
+    options->region[1] = core.y - window.y;
+    options->region[2] = core.x - window.x + core.width;
+    options->region[3] = core.y - window.y + core.height;
+}
+
+static int is_whole(const baking *b, box core) {
+    return core.width == b->map.width && core.height == b->map.height;
+}
+
+/* Bytes while a tile is in work, 0 if the library refuses the description. Memory of 16 threads, however many there
+ * are, so that the tiles do not depend on them. */
+static double tile_bytes(baking *b, int width, int height) {
+    float something, *planes[OUT_COUNT];
+    box core = {0, 0, width, height}, window = window_of(b, core);
+    gtao_desc desc;
+    gtao_output output;
+    gtao_sweep_options options;
+    if (!is_whole(b, core)) { /* in the middle of the map */
+        core.x = core.y = b->map.overlap;
+        window.x = window.y = 0;
+        window.width = width + 2 * b->map.overlap;
+        window.height = height + 2 * b->map.overlap;
+    }
+    for (int k = 0; k < OUT_COUNT; ++k)
+        planes[k] = b->o.output[k] || k == OUT_VISIBILITY ? &something : NULL;
+    describe(b, window, is_whole(b, core), &desc);
+    describe_outputs(window, core, planes, &output, &options);
+    double scratch = (double)gtao_sweep_scratch_size(&desc, &output, &options);
+    double pixels = (double)window.width * window.height, floats = 1.0 + (b->map.has_normals ? 3.0 : 0.0);
+    if (!(scratch > 0.0))
+        return 0.0;
+    for (int k = 0; k < OUT_COUNT; ++k)
+        floats += planes[k] ? (double)channels_of(b, k) : 0.0;
+    return scratch + 16.0 * (double)gtao_sweep_work_size(&desc, &options) + 4.0 * floats * pixels +
+           (is_whole(b, core) ? 0.0 : (double)terrain_view_bytes(&b->map, window.width, window.height));
+}
+
+static void set_tiles(baking *b, int side) {
+    b->columns = (b->map.width + side - 1) / side;
+    b->rows = (b->map.height + side - 1) / side;
+    /* of about one size, but no larger */
+    b->tile_width = (b->map.width + b->columns - 1) / b->columns;
+    b->tile_height = (b->map.height + b->rows - 1) / b->rows;
+}
+
+static int choose_tiles(baking *b) {
+    const double fixed = 48.0 * MIB; /* the program, its libraries, buffers of files */
+    double budget = b->o.memory - fixed;
+    if (!(tile_bytes(b, 256, 256) > 0.0)) {
+        gtao_desc desc;
+        box probe = {0, 0, 256, 256};
+        describe(b, probe, 0, &desc);
+        gtao_result why = gtao_sweep_compute(&desc, NULL, NULL, NULL, 0, NULL, NULL);
+        return error_line(b, "%s: %s", b->o.source.heights, gtao_result_string(why));
+    }
+    if (given(b, OPT_TILE)) {
+        set_tiles(b, b->o.tile);
+        double bytes = tile_bytes(b, b->tile_width, b->tile_height);
+        if (given(b, OPT_MEMORY) && bytes > budget)
+            return error_line(b, "--tile %d: needs %.0f MiB, more than --memory", b->o.tile, (bytes + fixed) / MIB);
+        return 1;
+    }
+    double whole = tile_bytes(b, b->map.width, b->map.height);
+    if (!b->limited && whole > 0.0 && whole <= budget && b->map.width <= 32768 && b->map.height <= 32768) {
+        set_tiles(b, b->map.width > b->map.height ? b->map.width : b->map.height);
+        return 1;
+    }
+    for (int side = b->limited ? 1024 : 16384; side >= 256; side -= side > 2048 ? 256 : 64) {
+        double bytes = tile_bytes(b, side, side);
+        if (bytes > 0.0 && bytes <= budget) {
+            set_tiles(b, side);
+            return 1;
+        }
+    }
+    return error_line(b, "--memory: %.0f MiB are needed at least", ceil((tile_bytes(b, 256, 256) + fixed) / MIB));
+}
+
+static box core_of(const baking *b, int tile) {
+    box c = {tile % b->columns * b->tile_width, tile / b->columns * b->tile_height, b->tile_width, b->tile_height};
+    c.width = c.x + c.width > b->map.width ? b->map.width - c.x : c.width;
+    c.height = c.y + c.height > b->map.height ? b->map.height - c.y : c.height;
+    return c;
+}
+
+/* ---- the work directory ------------------------------------------------------------------------------------------ */
+
+static void work_path(const baking *b, const char *name, char *path, size_t size) {
+    snprintf(path, size, "%s/%s", b->work, name); /* check_options left room */
+}
+
+/* Only what this program makes; the directory stays if something else is in it. */
+static void remove_work(const baking *b) {
+    char path[4096 + 256];
+    DIR *directory = opendir(b->work);
+    for (struct dirent *entry; directory && (entry = readdir(directory)) != NULL;) {
+        const char *n = entry->d_name;
+        if (strcmp(n, "heights") == 0 || strcmp(n, "normals") == 0 || strncmp(n, "level-", 6) == 0 ||
+            strncmp(n, "terrain", 7) == 0 || strncmp(n, "tile-", 5) == 0 || strncmp(n, "job", 3) == 0 ||
+            strcmp(n, "lock") == 0 || strcmp(n, "pending") == 0) {
+            snprintf(path, sizeof path, "%s/%s", b->work, n);
+            unlink(path);
+        }
+    }
+    if (directory)
+        closedir(directory);
+    rmdir(b->work);
+}
+
+/* Temporary files that a killed run was putting together. */
+static void remove_pending(const baking *b) {
+    char path[4096 + 64], line[4096 + 64];
+    work_path(b, "pending", path, sizeof path);
+    FILE *file = fopen(path, "rb");
+    while (file && fgets(line, sizeof line, file)) {
+        line[strcspn(line, "\n")] = 0;
+        if (line[0])
+            unlink(line);
+    }
+    if (file)
+        fclose(file);
+    unlink(path);
+}
+
+static void identify(const char *spec, char *text, size_t size) {
+    char path[4096];
+    struct stat info;
+    if (spec && image_spec_path(spec, path, sizeof path) && stat(path, &info) == 0)
+        snprintf(text, size, "%s %lld %lld.%09ld", spec, (long long)info.st_size, (long long)info.st_mtim.tv_sec,
+                 (long)info.st_mtim.tv_nsec);
+    else
+        snprintf(text, size, "none");
+}
+
+/* Everything that the tiles depend on. */
+static int job_text(const baking *b, char *text, size_t size) {
+    const settings *o = &b->o;
+    char heights[4600], normals[4600];
+    identify(o->source.heights, heights, sizeof heights);
+    identify(o->source.normals, normals, sizeof normals);
+    return snprintf(text, size,
+                    "library %d\nheights %s\nnormals %s\nraw %d %d\nintegers %d\nscale %a\nno_data %d %a\n"
+                    "normal_green %d\noverlap %d\npixel %a %a\nborder %d\ndirections %d\nradius %a\nfalloff %a\n"
+                    "outputs %d %d %d\ntile %d %d\n",
+                    GTAO_VERSION, heights, normals, o->source.raw_width, o->source.raw_height, o->source.integers,
+                    o->source.height_scale, o->source.has_no_data, o->source.no_data, o->source.green_down,
+                    o->source.overlap, o->pixel[0], o->pixel[1], o->border, o->directions, (double)o->radius,
+                    (double)o->falloff, o->output[0] != NULL, o->output[1] != NULL, o->output[2] != NULL, b->tile_width,
+                    b->tile_height) < (int)size;
+}
+
+/* Byte 0 of the lock's file is the process that leads a job, byte 1 is shared by those that joined it: a rank that
+ * outlives its job keeps the next one from starting. */
+static int lock_byte(const baking *b, short type, off_t byte) {
+    struct flock lock;
+    memset(&lock, 0, sizeof lock);
+    lock.l_type = type;
+    lock.l_whence = SEEK_SET;
+    lock.l_start = byte;
+    lock.l_len = 1;
+    return fcntl(b->lock, F_SETLK, &lock) == 0 || (errno != EACCES && errno != EAGAIN); /* no locks: go on without */
+}
+
+static int lock_work(baking *b, int leads) {
+    char path[4096 + 64];
+    work_path(b, "lock", path, sizeof path);
+    b->lock = open(path, O_RDWR | O_CREAT, 0666);
+    if (b->lock < 0)
+        return error_line(b, "--work %s: %s", b->work, strerror(errno));
+    if (leads ? lock_byte(b, F_WRLCK, 0) && lock_byte(b, F_WRLCK, 1) : lock_byte(b, F_RDLCK, 1))
+        return !leads || lock_byte(b, F_UNLCK, 1);
+    return error_line(b, "--work %s: in use by another process", b->work);
+}
+
+/* No directory of somebody else's: empty, but for what is made first. */
+static int is_untouched(const baking *b) {
+    DIR *directory = opendir(b->work);
+    int untouched = directory != NULL;
+    for (struct dirent *entry; directory && (entry = readdir(directory)) != NULL;) {
+        const char *n = entry->d_name;
+        untouched = untouched && (strcmp(n, ".") == 0 || strcmp(n, "..") == 0 || strcmp(n, "lock") == 0 ||
+                                  strncmp(n, "job.", 4) == 0);
+    }
+    if (directory)
+        closedir(directory);
+    return untouched;
+}
+
+/* A directory of our own, new or left by the same job. */
+static int enter_work(baking *b) {
+    char path[4096 + 64], text[16384], found[16384] = "";
+    image_error error;
+    image_pending pending;
+    if (!job_text(b, text, sizeof text))
+        return error_line(b, "%s: name too long", b->o.source.heights);
+    int there = mkdir(b->work, 0777) != 0 && errno == EEXIST;
+    if (!there && access(b->work, W_OK | X_OK) != 0)
+        return error_line(b, "--work %s: %s", b->work, strerror(errno));
+    work_path(b, "job", path, sizeof path);
+    if (there && access(path, F_OK) != 0 && !is_untouched(b))
+        return error_line(b, "--work %s: is there, but is not the unfinished work of this program", b->work);
+    b->created_work = !there;
+    if (!lock_work(b, 1))
+        return 0;
+    work_path(b, "job", path, sizeof path);
+    FILE *file = there ? fopen(path, "rb") : NULL;
+    if (file) {
+        found[fread(found, 1, sizeof found - 1, file)] = 0;
+        fclose(file);
+        remove_pending(b);
+    }
+    if (there && strcmp(found, text) != 0) {
+        if (found[0] && !b->o.fresh)
+            return error_line(b, "--work %s: holds the unfinished work of other settings; --fresh discards it",
+                              b->work);
+    }
+    if (there && (b->o.fresh || !found[0])) {
+        remove_work(b); /* the lock's file goes too */
+        close(b->lock);
+        mkdir(b->work, 0777);
+        b->created_work = 1;
+        if (!lock_work(b, 1))
+            return 0;
+    }
+    if (b->created_work && (!image_write_text(path, text, &pending, &error) || !image_commit(&pending, &error)))
+        return error_line(b, "--work %s", error.text);
+    return 1;
+}
+
+/* ---- begin ------------------------------------------------------------------------------------------------------- */
+
+/* Which option an input file came from. */
+static const char *input_option(const baking *b, const char *message) {
+    char path[4096];
+    return b->o.source.normals && image_spec_path(b->o.source.normals, path, sizeof path) &&
+                   strncmp(message, path, strlen(path)) == 0
+               ? "--normal"
+               : "--height";
+}
+
+static int settle(baking *b) {
+    settings *o = &b->o;
+    image_error error;
+    if (!terrain_inspect(&o->source, &b->map, &error))
+        return error_line(b, "%s %s", input_option(b, error.text), error.text);
+    if (o->pixel_count == 0) {
+        if (b->map.geographic)
+            return error_line(b, "--pixel-size: required, %s states degrees", o->source.heights);
+        if (!(b->map.pixel_x > 0.0) || !(b->map.pixel_y > 0.0))
+            return error_line(b, "--pixel-size: required, %s does not state it", o->source.heights);
+        o->pixel[0] = b->map.pixel_x;
+        o->pixel[1] = b->map.pixel_y;
+    } else if (o->pixel_count == 1) {
+        o->pixel[1] = o->pixel[0];
+    }
+    for (int k = 0; k < OUT_COUNT; ++k) {
+        raster_format format = o->output[k] ? raster_format_of(o->output[k]) : RASTER_UNKNOWN;
+        if ((format == RASTER_EXR || format == RASTER_PNG) &&
+            (b->map.width > IMAGE_MAX_SIZE || b->map.height > IMAGE_MAX_SIZE))
+            return error_line(b, "%s %s: %d x %d is too large for this format", option_table[output_option[k]].name,
+                              o->output[k], b->map.width, b->map.height);
+    }
+    return choose_tiles(b);
+}
+
+static void show_reading(void *user, double part) {
+    baking *b = user;
+    if (!isatty(STDERR_FILENO) || cli_seconds() - b->started < 1.0 || cli_seconds() - b->shown < 0.2)
+        return;
+    b->shown = cli_seconds();
+    fprintf(stderr, "\r%s: reading %3.0f %%\033[K", b->program, 100.0 * part);
+    fflush(stderr);
+}
+
+static int begin_workers(baking *b) {
+    b->workers = pool_create(b->o.threads);
+    return b->workers ? 1 : error_line(b, "--threads %d: not enough memory", b->o.threads);
+}
+
+int baking_begin(baking *b) {
+    image_error error;
+    b->started = cli_seconds();
+    if (!settle(b) || !enter_work(b))
+        return 0;
+    if (!terrain_create(b->work, &b->o.source, show_reading, b, &b->map, &error)) {
+        const char *option = input_option(b, error.text);
+        if (strncmp(error.text, b->work, strlen(b->work)) == 0)
+            option = "--work";
+        error_line(b, "%s %s", option, error.text);
+        if (b->created_work)
+            remove_work(b);
+        return 0;
+    }
+    b->has_map = 1;
+    b->seconds_reading = cli_seconds() - b->started;
+    return begin_workers(b);
+}
+
+int baking_join(baking *b) {
+    image_error error;
+    b->started = cli_seconds();
+    if (!settle(b))
+        return 0;
+    if (!lock_work(b, 0))
+        return 0;
+    if (!terrain_open(b->work, &b->map, &error))
+        return error_line(b, "--work %s", error.text);
+    b->has_map = 1;
+    return begin_workers(b);
+}
+
+int baking_tiles(const baking *b) {
+    return b->columns * b->rows;
+}
+
+/* ---- a tile ------------------------------------------------------------------------------------------------------ */
+
+typedef struct tile_header {
+    uint64_t magic, tile, width, height, floats;
+} tile_header;
+
+#define TILE_MAGIC 0x31656c69745f6f61u
+
+static uint64_t checksum(uint64_t sum, const void *data, size_t bytes) { /* FNV-1a over words of 4 bytes */
+    const char *p = data;
+    for (; bytes >= 4; bytes -= 4, p += 4) {
+        uint32_t v;
+        memcpy(&v, p, 4);
+        sum = (sum ^ v) * 1099511628211u;
+    }
+    return sum;
+}
+
+static int tile_floats(const baking *b) {
+    int floats = 0;
+    for (int k = 0; k < OUT_COUNT; ++k)
+        floats += b->o.output[k] ? channels_of(b, k) : 0;
+    return floats;
+}
+
+static tile_header header_of(const baking *b, int tile) {
+    box core = core_of(b, tile);
+    tile_header h = {TILE_MAGIC, (uint64_t)tile, (uint64_t)core.width, (uint64_t)core.height, 0};
+    h.floats = h.width * h.height * (uint64_t)tile_floats(b);
+    return h;
+}
+
+static void tile_path(const baking *b, int tile, char *path, size_t size) {
+    snprintf(path, size, "%s/tile-%06d", b->work, tile);
+}
+
+int baking_tile_done(baking *b, int tile) {
+    char path[4096 + 64];
+    float buffer[4096];
+    tile_path(b, tile, path, sizeof path);
+    FILE *file = fopen(path, "rb");
+    if (!file)
+        return 0;
+    tile_header header, expected = header_of(b, tile);
+    uint64_t sum = checksum(14695981039346656037u, &expected, sizeof expected), stored = 0;
+    int ok = fread(&header, sizeof header, 1, file) == 1 && memcmp(&header, &expected, sizeof header) == 0;
+    for (uint64_t left = expected.floats; ok && left > 0;) {
+        size_t n = left < 4096 ? (size_t)left : 4096;
+        ok = fread(buffer, 4, n, file) == n;
+        sum = checksum(sum, buffer, 4 * n);
+        left -= n;
+    }
+    ok = ok && fread(&stored, sizeof stored, 1, file) == 1 && stored == sum && getc(file) == EOF;
+    fclose(file);
+    b->tiles_found += ok;
+    return ok;
+}
+
+/* Sines of elevation, by azimuth, from the library's planes of angles: + and - side of a slice in turn. */
+static void horizon_row(const baking *b, const float *planes, size_t plane, int width, float *row) {
+    int slices = b->o.directions;
+    for (int x = 0; x < width; ++x)
+        for (int i = 0; i < 2 * slices; ++i) {
+            float sine;
+            gtao_sincos(planes[(size_t)(i < slices ? 2 * i : 2 * (i - slices) + 1) * plane + (size_t)x], &sine, row++);
+        }
+}
+
+/* Under its own name only when it is complete and on the disk. */
+static int write_tile(baking *b, int tile, box window, float *const planes[OUT_COUNT]) {
+    char path[4096 + 64];
+    image_error error;
+    image_pending pending;
+    box core = core_of(b, tile);
+    tile_header header = header_of(b, tile);
+    uint64_t sum = checksum(14695981039346656037u, &header, sizeof header);
+    tile_path(b, tile, path, sizeof path);
+    FILE *file = image_open_pending(path, &pending, &error);
+    if (!file)
+        return error_line(b, "--work %s", error.text);
+    int widest = 2 * b->o.directions;
+    float *line = malloc((size_t)core.width * (size_t)widest * sizeof *line);
+    int ok = line && fwrite(&header, sizeof header, 1, file) == 1;
+    for (int k = 0; k < OUT_COUNT; ++k) {
+        size_t channels = (size_t)channels_of(b, k), floats = (size_t)core.width * channels;
+        for (int y = 0; b->o.output[k] && ok && y < core.height; ++y) {
+            size_t pixel = (size_t)(y + core.y - window.y) * (size_t)window.width + (size_t)(core.x - window.x);
+            const float *row = line;
+            if (k == OUT_HORIZONS)
+                horizon_row(b, planes[k] + pixel, (size_t)window.width * (size_t)window.height, core.width, line);
+            else
+                row = planes[k] + pixel * channels;
+            sum = checksum(sum, row, floats * 4);
+            ok = fwrite(row, 4, floats, file) == floats;
+        }
+    }
+    free(line);
+    ok = ok && fwrite(&sum, sizeof sum, 1, file) == 1 && fflush(file) == 0 && fsync(fileno(file)) == 0;
+    if (!image_close_pending(file, ok, path, &pending, &error) || !image_commit(&pending, &error))
+        return error_line(b, "--work %s", error.text);
+    return 1;
+}
+
+static void run_units(void *user, int thread, int begin, int end) {
+    baking *b = user;
+    gtao_sweep_run(b->sweep, b->phase, begin, end, b->work_memory + (size_t)thread * b->work_bytes);
+}
+
+static void show_units(void *user, int done, int units) {
+    baking *b = user;
+    baking_progress(b, b->progress_done, b->progress_count,
+                    (b->phase + (double)done / units) / gtao_sweep_phases(b->sweep));
+}
+
+static int out_of_memory(const baking *b) {
+    return error_line(b, "--memory: not enough memory for a tile, give less");
+}
+
+static int look_beyond(void *user, double x, double y, double dx, double dy, int capacity, float *distance_px,
+                       float *depth) {
+    return terrain_far_line(user, x, y, dx, dy, capacity, distance_px, depth);
+}
+
+static int compute_window(baking *b, box window, box core, const float *heights, const float *normals,
+                          float *const planes[OUT_COUNT]) {
+    image_error error;
+    gtao_desc desc;
+    gtao_output output;
+    gtao_sweep_options options;
+    terrain_view view;
+    memset(&view, 0, sizeof view);
+    describe(b, window, is_whole(b, core), &desc);
+    desc.depth = heights;
+    desc.normals = normals;
+    describe_outputs(window, core, planes, &output, &options);
+    double pixel = b->o.pixel[0] < b->o.pixel[1] ? b->o.pixel[0] : b->o.pixel[1];
+    double reach = (double)b->o.radius / pixel - b->map.overlap; /* beyond the window */
+    if (!is_whole(b, core) && reach > 0.0) {
+        if (!terrain_view_create(&b->map, (terrain_border)b->o.border, window.x, window.y, window.width, window.height,
+                                 reach, &view, &error))
+            return error_line(b, "--work %s: %s", b->work, error.text);
+        options.beyond = look_beyond;
+        options.beyond_user = &view;
+        options.beyond_reach = (int)view.reach_px + 1;
+    }
+    size_t size = gtao_sweep_scratch_size(&desc, &output, &options);
+    void *scratch = malloc(size ? size : 1);
+    b->work_bytes = (gtao_sweep_work_size(&desc, &options) + 63) / 64 * 64;
+    b->work_memory = malloc(b->work_bytes * (size_t)pool_threads(b->workers));
+    int ok = scratch && b->work_memory ? 1 : out_of_memory(b);
+    gtao_result result = ok ? gtao_sweep_begin(&desc, &output, &options, scratch, size, &b->sweep) : GTAO_OK;
+    if (result != GTAO_OK)
+        ok = error_line(b, "%s: %s", b->o.source.heights, gtao_result_string(result));
+    for (b->phase = 0; ok && b->phase < gtao_sweep_phases(b->sweep); ++b->phase)
+        pool_run(b->workers, gtao_sweep_units(b->sweep, b->phase), 0, run_units, show_units, b);
+    free(scratch);
+    free(b->work_memory);
+    terrain_view_free(&view);
+    return ok;
+}
+
+int baking_tile(baking *b, int tile) {
+    image_error error;
+    box core = core_of(b, tile), window = window_of(b, core);
+    size_t pixels = (size_t)window.width * (size_t)window.height;
+    float *heights = malloc(pixels * sizeof(float)), *planes[OUT_COUNT] = {NULL, NULL, NULL};
+    float *normals = b->map.has_normals ? malloc(3 * pixels * sizeof(float)) : NULL;
+    terrain_border border = (terrain_border)b->o.border;
+    int ok = heights && (normals || !b->map.has_normals);
+    for (int k = 0; k < OUT_COUNT; ++k)
+        if (b->o.output[k] || k == OUT_VISIBILITY) {
+            planes[k] = malloc(pixels * (size_t)channels_of(b, k) * sizeof(float));
+            ok = ok && planes[k];
+        }
+    double t0 = cli_seconds();
+    if (!ok)
+        out_of_memory(b);
+    else if (!terrain_heights(&b->map, border, window.x, window.y, window.width, window.height, heights, &error) ||
+             (normals &&
+              !terrain_normals(&b->map, border, window.x, window.y, window.width, window.height, normals, &error)))
+        ok = error_line(b, "--work %s", error.text);
+    double t1 = cli_seconds();
+    ok = ok && compute_window(b, window, core, heights, normals, planes);
+    double t2 = cli_seconds();
+    ok = ok && write_tile(b, tile, window, planes);
+    b->seconds_reading += t1 - t0;
+    b->seconds_computing += t2 - t1;
+    b->seconds_writing += cli_seconds() - t2;
+    b->pixels_computed += (long long)core.width * core.height;
+    ++b->tiles_computed;
+    for (int k = 0; k < OUT_COUNT; ++k)
+        free(planes[k]);
+    free(heights);
+    free(normals);
+    return ok;
+}
+
+void baking_progress(baking *b, int done, int count, double part) {
+    double now = cli_seconds(), fraction = count > 0 ? (done + part) / count : 1.0;
+    if (b->progress_count == 0)
+        b->first_done = done;
+    b->progress_done = done;
+    b->progress_count = count;
+    if (b->quiet || !isatty(STDERR_FILENO) || now - b->started < 1.0 || now - b->shown < 0.2)
+        return;
+    double mine = (done - b->first_done + part) / (count - b->first_done > 0 ? count - b->first_done : 1);
+    double left = mine > 0.0 ? (now - b->started) * (1.0 - mine) / mine : 0.0;
+    char bar[33];
+    for (int i = 0; i < 32; ++i)
+        bar[i] = i < (int)(32.0 * fraction) ? '#' : '.';
+    bar[32] = 0;
+    b->shown = now;
+    fprintf(stderr, "\r%s: %s %3.0f %%", b->program, bar, 100.0 * fraction);
+    if (count > 1)
+        fprintf(stderr, "  tile %d of %d", done < count ? done + 1 : count, count);
+    if (mine > 0.01)
+        fprintf(stderr, "  %d:%02d:%02d left", (int)(left / 3600.0), (int)(left / 60.0) % 60, (int)left % 60);
+    fputs("\033[K", stderr);
+    fflush(stderr);
+}
+
+/* ---- the outputs ------------------------------------------------------------------------------------------------- */
+
+/* From the library's axes, x right, y down, z into the map. */
+static void turn_bent(const baking *b, float *n, size_t pixels) {
+    const settings *o = &b->o;
+    for (size_t i = 0; i < pixels; ++i, n += 3) {
+        const float local[3] = {n[0], -n[1], -n[2]}; /* right, up, out */
+        if (!o->bent_world) {
+            n[1] = o->green_down ? n[1] : local[1];
+            n[2] = local[2];
+            continue;
+        }
+        for (int k = 0; k < 3; ++k)
+            n[(int)o->world_axis[k]] = o->world_sign[k] * local[k];
+    }
+}
+
+/* `count` rows from row `y` of a row of tiles, of one output. */
+static int gather_rows(const baking *b, int tile_row, int y, int count, int output, float *band) {
+    size_t channels = (size_t)channels_of(b, output), row = (size_t)b->map.width * channels;
+    for (int column = 0; column < b->columns; ++column) {
+        char path[4096 + 64];
+        int tile = tile_row * b->columns + column;
+        box core = core_of(b, tile);
+        long long before = 0;
+        for (int k = 0; k < output; ++k)
+            before += b->o.output[k] ? channels_of(b, k) : 0;
+        tile_path(b, tile, path, sizeof path);
+        FILE *file = fopen(path, "rb");
+        int ok = file != NULL;
+        long long at = (long long)sizeof(tile_header) + 4ll * ((long long)core.width * core.height * before +
+                                                               (long long)y * core.width * (long long)channels);
+        ok = ok && fseeko(file, (off_t)at, SEEK_SET) == 0;
+        for (int k = 0; ok && k < count; ++k)
+            ok = fread(band + (size_t)k * row + (size_t)core.x * channels, 4, (size_t)core.width * channels, file) ==
+                 (size_t)core.width * channels;
+        if (file)
+            fclose(file);
+        if (!ok)
+            return error_line(b, "--work %s: cannot read", path);
+    }
+    return 1;
+}
+
+static int write_rows(const baking *b, raster_writer *const writers[OUT_COUNT]) {
+    image_error error;
+    size_t widest = 0;
+    for (int k = 0; k < OUT_COUNT; ++k)
+        if (b->o.output[k] && (size_t)channels_of(b, k) > widest)
+            widest = (size_t)channels_of(b, k);
+    size_t row = (size_t)b->map.width * widest;
+    int band_rows = (int)(2097152 / row), ok = 1;
+    band_rows = band_rows < 1 ? 1 : band_rows;
+    float *band = malloc(row * (size_t)band_rows * sizeof *band);
+    if (!band)
+        return error_line(b, "--memory: not enough memory");
+    for (int tile_row = 0; ok && tile_row < b->rows; ++tile_row) {
+        int height = core_of(b, tile_row * b->columns).height;
+        for (int y = 0; ok && y < height; y += band_rows) {
+            int count = height - y < band_rows ? height - y : band_rows;
+            for (int k = 0; ok && k < OUT_COUNT; ++k) {
+                if (!writers[k])
+                    continue;
+                ok = gather_rows(b, tile_row, y, count, k, band);
+                if (ok && k == OUT_BENT)
+                    turn_bent(b, band, (size_t)count * (size_t)b->map.width);
+                if (ok && !raster_write(writers[k], count, band, &error))
+                    ok = error_line(b, "%s %s", option_table[output_option[k]].name, error.text);
+            }
+        }
+    }
+    free(band);
+    return ok;
+}
+
+/* ---- the picture ------------------------------------------------------------------------------------------------- */
+
+enum { PICTURE_SIDE = 512, PICTURE_MARGIN = 12, PICTURE_TITLE = 30 };
+
+/* `factor` x `factor` pixels to one, of the heights (output < 0) or an output. */
+static int shrink(const baking *b, int output, int factor, image *small) {
+    image_error error;
+    int channels = output < 0 ? 1 : channels_of(b, output), ok = 1;
+    if (!image_create(small, (b->map.width + factor - 1) / factor, (b->map.height + factor - 1) / factor, channels,
+                      &error))
+        return error_line(b, "--picture %s", error.text);
+    size_t row = (size_t)b->map.width * (size_t)channels, wide = (size_t)small->width * (size_t)channels;
+    float *line = malloc(row * sizeof *line);
+    float *weight = calloc((size_t)small->width * (size_t)small->height, sizeof *weight);
+    ok = line && weight ? 1 : error_line(b, "--picture: not enough memory");
+    for (int y = 0; ok && y < b->map.height; ++y) {
+        int tile_row = y / b->tile_height;
+        if (output < 0)
+            ok = terrain_heights(&b->map, TERRAIN_OPEN, 0, y, b->map.width, 1, line, &error);
+        else
+            ok = gather_rows(b, tile_row, y - tile_row * b->tile_height, 1, output, line);
+        for (int x = 0; ok && x < b->map.width; ++x) {
+            size_t to = (size_t)(x / factor), cell = (size_t)(y / factor) * (size_t)small->width + to;
+            const float *from = line + (size_t)x * (size_t)channels;
+            float *sum = small->data + (size_t)(y / factor) * wide + to * (size_t)channels;
+            if (isnan(from[0]))
+                continue;
+            weight[cell] += 1.0f;
+            for (int c = 0; c < channels; ++c)
+                sum[c] += (from[c] - sum[c]) / weight[cell];
+        }
+    }
+    for (size_t i = 0; ok && output < 0 && i < (size_t)small->width * (size_t)small->height; ++i)
+        if (!(weight[i] > 0.0f))
+            small->data[i] = NAN;
+    free(line);
+    free(weight);
+    return ok;
+}
+
+static float clamp_index(const image *img, int x, int y) {
+    x = x < 0 ? 0 : x >= img->width ? img->width - 1 : x;
+    y = y < 0 ? 0 : y >= img->height ? img->height - 1 : y;
+    return img->data[(size_t)y * (size_t)img->width + (size_t)x];
+}
+
+/* Light of a low sun in the north-west by the surface's slope, 0..1; cells that miss a neighbour are level. */
+static float sun_on(const baking *b, const image *h, int factor, int x, int y) {
+    float gx = (clamp_index(h, x + 1, y) - clamp_index(h, x - 1, y)) / (2.0f * (float)factor * (float)b->o.pixel[0]);
+    float gy = (clamp_index(h, x, y + 1) - clamp_index(h, x, y - 1)) / (2.0f * (float)factor * (float)b->o.pixel[1]);
+    if (isnan(gx) || isnan(gy))
+        gx = gy = 0.0f;
+    float light = (0.5f * gx + 0.5f * gy + 0.7f) / sqrtf(1.0f + gx * gx + gy * gy);
+    return light > 0.0f ? light : 0.0f;
+}
+
+/* The land's colours by height, from green to white. */
+static color land(float t) {
+    static const unsigned stops[] = {0x4f7d5a, 0x8fa76b, 0xcfc08a, 0xb08a66, 0xf2efe9};
+    t = t > 0.0f ? t < 1.0f ? t : 1.0f : 0.0f;
+    int i = (int)(4.0f * t);
+    i = i > 3 ? 3 : i;
+    return color_mix(color_hex(stops[i]), color_hex(stops[i + 1]), 4.0f * t - (float)i);
+}
+
+static void paint(const baking *b, const image small[3], int factor, int kind, image *panel) {
+    const image *h = small;
+    float low = (float)b->map.lowest, range = (float)(b->map.highest - b->map.lowest);
+    for (int y = 0; y < h->height; ++y)
+        for (int x = 0; x < h->width; ++x) {
+            size_t i = (size_t)y * (size_t)h->width + (size_t)x;
+            float v = small[1].data[i], *to = panel->data + 3 * i;
+            color c = land(range > 0.0f ? (h->data[i] - low) / range : 0.5f);
+            float sun = sun_on(b, h, factor, x, y);
+            if (isnan(h->data[i]))
+                c = color_hex(0x808080); /* a hole */
+            if (kind == 0) {
+                c = color_mix(color_hex(0x000000), c, sun < 0.7f ? 0.3f + sun : 1.0f);
+            } else if (kind == 1) {
+                c.r = c.g = c.b = v;
+            } else if (kind == 2) {
+                const float *n = small[2].data + 3 * i;
+                float length = sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+                length = length > 0.0f ? length : 1.0f; /* from the library's axes to right, up, out */
+                c.r = 0.5f + 0.5f * n[0] / length;
+                c.g = 0.5f - 0.5f * n[1] / length;
+                c.b = 0.5f - 0.5f * n[2] / length;
+            } else {
+                float sky = 0.9f * v * v, direct = sun > 0.3f ? 1.1f * (sun - 0.3f) : 0.0f; /* v^2: some contrast */
+                color light = {(sky * 0.80f + direct) * c.r * c.r, (sky * 0.95f + direct * 0.92f) * c.g * c.g,
+                               (sky * 1.15f + direct * 0.75f) * c.b * c.b};
+                c = color_encode(light);
+            }
+            to[0] = c.r < 1.0f ? c.r : 1.0f;
+            to[1] = c.g < 1.0f ? c.g : 1.0f;
+            to[2] = c.b < 1.0f ? c.b : 1.0f;
+        }
+}
+
+static int write_picture(const baking *b, image_pending *pending) {
+    static const char *const titles[] = {"heights", "visibility", "bent normals", "lit by sun and sky"};
+    int side = b->map.width > b->map.height ? b->map.width : b->map.height;
+    int factor = (side + PICTURE_SIDE - 1) / PICTURE_SIDE, panels = b->o.output[OUT_BENT] ? 4 : 3;
+    image small[3], panel, canvas;
+    image_error error;
+    memset(small, 0, sizeof small);
+    memset(&panel, 0, sizeof panel);
+    memset(&canvas, 0, sizeof canvas);
+    int ok = shrink(b, -1, factor, small) && shrink(b, OUT_VISIBILITY, factor, small + 1) &&
+             (!b->o.output[OUT_BENT] || shrink(b, OUT_BENT, factor, small + 2));
+    int w = small[0].width, h = small[0].height;
+    if (ok && (!image_create(&panel, w, h, 3, &error) ||
+               !image_create(&canvas, panels * (w + PICTURE_MARGIN) + PICTURE_MARGIN,
+                             h + PICTURE_TITLE + PICTURE_MARGIN, 3, &error)))
+        ok = error_line(b, "--picture %s: %s", b->o.picture, error.text);
+    if (ok) {
+        canvas_load_fonts();
+        canvas_fill(&canvas, 0, 0, canvas.width, canvas.height, color_hex(0xffffff));
+        for (int i = 0, x = PICTURE_MARGIN; i < 4; ++i) {
+            if (i == 2 && panels == 3)
+                continue;
+            paint(b, small, factor, i, &panel);
+            canvas_draw(&canvas, x, PICTURE_TITLE, &panel);
+            canvas_text(&canvas, (float)x, PICTURE_TITLE - 9.0f, CANVAS_LEFT, CANVAS_REGULAR, 15.0f,
+                        color_hex(0x202020), titles[i]);
+            x += w + PICTURE_MARGIN;
+        }
+        canvas_free_fonts();
+        ok = image_write(b->o.picture, &canvas, NULL, IMAGE_RANGE_UNIT, pending, &error);
+        if (!ok)
+            error_line(b, "--picture %s", error.text);
+    }
+    for (int i = 0; i < 3; ++i)
+        image_free(small + i);
+    image_free(&panel);
+    image_free(&canvas);
+    return ok;
+}
+
+/* ---- the end ----------------------------------------------------------------------------------------------------- */
+
+static int note_pending(const baking *b, const image_pending *pending, int count) {
+    char path[4096 + 64];
+    work_path(b, "pending", path, sizeof path);
+    FILE *file = fopen(path, "wb");
+    int ok = file != NULL;
+    for (int i = 0; ok && i < count; ++i)
+        ok = !pending[i].temporary || fprintf(file, "%s\n", pending[i].temporary) > 0;
+    if (file)
+        ok = fclose(file) == 0 && ok;
+    return ok ? 1 : error_line(b, "--work %s: cannot write", path);
+}
+
+static void stats_text(const baking *b, double seconds, char *text, size_t size) {
+    struct rusage usage;
+    getrusage(RUSAGE_SELF, &usage);
+    int whole = b->columns * b->rows == 1;
+    double slope =
+        whole ? 0.0 : terrain_slope_error(&b->map) / (b->o.pixel[0] < b->o.pixel[1] ? b->o.pixel[0] : b->o.pixel[1]);
+    snprintf(text, size,
+             "{\n  \"width\": %d,\n  \"height\": %d,\n  \"directions\": %d,\n  \"threads\": %d,\n  \"tiles\": %d,\n"
+             "  \"tile_width\": %d,\n  \"tile_height\": %d,\n  \"overlap\": %d,\n  \"holes\": %lld,\n"
+             "  \"far_slope_error_bound\": %.6f,\n  \"seconds\": %.3f,\n  \"seconds_reading\": %.3f,\n"
+             "  \"seconds_computing\": %.3f,\n  \"seconds_writing\": %.3f,\n  \"tiles_found\": %d,\n  "
+             "\"tiles_computed\": %d,\n  \"pixels_computed\": %lld,\n"
+             "  \"cpu_seconds\": %.3f,\n  \"peak_memory_mib\": %.1f\n}\n",
+             b->map.width, b->map.height, b->o.directions, pool_threads(b->workers), baking_tiles(b), b->tile_width,
+             b->tile_height, whole ? 0 : b->map.overlap, b->map.holes, slope, seconds, b->seconds_reading,
+             b->seconds_computing, b->seconds_writing, b->tiles_found, b->tiles_computed, b->pixels_computed,
+             (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+                 1e-6 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec),
+             (double)usage.ru_maxrss / 1024.0);
+}
+
+int baking_finish(baking *b) {
+    static const char *const names_y[] = {"Y"}, *const names_bent[] = {"bent.X", "bent.Y", "bent.Z"};
+    char horizon_names[2 * 64][8], text[2048];
+    const char *names_horizon[2 * 64];
+    raster_writer *writers[OUT_COUNT] = {NULL, NULL, NULL};
+    image_pending pending[OUT_COUNT + 2]; /* the picture, the statistics */
+    image_error error;
+    int ok = 1;
+    memset(pending, 0, sizeof pending);
+    double t0 = cli_seconds();
+    for (int i = 0; i < 2 * b->o.directions; ++i) {
+        snprintf(horizon_names[i], sizeof horizon_names[i], "h%03d", i);
+        names_horizon[i] = horizon_names[i];
+    }
+    for (int k = 0; ok && k < OUT_COUNT; ++k) {
+        if (!b->o.output[k])
+            continue;
+        writers[k] =
+            raster_create(b->o.output[k], b->map.width, b->map.height, channels_of(b, k),
+                          k == OUT_BENT       ? names_bent
+                          : k == OUT_HORIZONS ? names_horizon
+                                              : names_y,
+                          k == OUT_BENT ? IMAGE_RANGE_SIGNED : IMAGE_RANGE_UNIT, b->o.bits, pending + k, &error);
+        if (!writers[k])
+            ok = error_line(b, "%s %s", option_table[output_option[k]].name, error.text);
+    }
+    ok = ok && note_pending(b, pending, OUT_COUNT) && write_rows(b, writers);
+    for (int k = 0; k < OUT_COUNT; ++k) {
+        if (!writers[k])
+            continue;
+        if (!ok)
+            raster_abandon(writers[k]);
+        else if (!raster_finish(writers[k], &error))
+            ok = error_line(b, "%s %s", option_table[output_option[k]].name, error.text);
+    }
+    if (ok && b->o.picture)
+        ok = write_picture(b, pending + OUT_COUNT);
+    b->seconds_writing += cli_seconds() - t0;
+    if (ok && b->o.stats) {
+        stats_text(b, cli_seconds() - b->started, text, sizeof text);
+        if (!image_write_text(b->o.stats, text, pending + OUT_COUNT + 1, &error))
+            ok = error_line(b, "--stats %s", error.text);
+    }
+    for (int k = 0; ok && k < OUT_COUNT + 2; ++k)
+        if (pending[k].temporary && !image_commit(pending + k, &error))
+            ok = error_line(b, "%s", error.text);
+    for (int k = 0; k < OUT_COUNT + 2; ++k)
+        image_discard(pending + k);
+    if (ok)
+        remove_work(b);
+    if (b->shown > 0.0)
+        fputs("\r\033[K", stderr);
+    return ok;
+}
