@@ -513,11 +513,11 @@ GTAO_API void gtao_compose_layers(size_t n, const float *scene, const float *sce
 /* The integral of gtao_compute in every-pixel mode. Without a radius (INFINITY) the cost per pixel and slice does not
  * depend on the size of the image: pixels within GTAO_SWEEP_NEAR are searched one by one, the rest of the line, to the
  * border of the image, by the upper hull of its heights. With a radius every sample of the line counts as in the march,
- * but tiles that lie too low are passed over; it pays from some tens of pixels on. For height maps of any kind (and any other
- * image): read are depth, normals, mask, camera, border (lines go on for one image diagonal beyond a clamped or wrapped
- * one), radius, falloff, slices (0: 32; K slices are 2 K directions, slice k at pi (k + 1/2) / K on its + side),
- * weighting and isa; ignored are steps, max_radius_px, step_power, noise and frame. The memo's estimator and thin_blend
- * are refused.
+ * but tiles that lie too low are passed over; it pays from some tens of pixels on. For height maps of any kind (and any
+ * other image): read are depth, normals, mask, camera, border (lines go on for one image diagonal beyond a clamped or
+ * wrapped one), radius, falloff, slices (0: 32; K slices are 2 K directions, slice k at pi (k + 1/2) / K on its + side),
+ * weighting and isa; ignored are steps, max_radius_px, step_power, noise and frame. Refused are the memo's estimator,
+ * thin_blend, thickness, backs, layers, spherical harmonics and the signal.
  *
  *     gtao_sweep *sweep;
  *     gtao_result result = gtao_sweep_begin(&desc, &output, &options, scratch, scratch_size, &sweep);
@@ -4521,9 +4521,9 @@ GTAOI_FN GV GTAOI_NAME(gtaoi_fade_interval)(const gtao_context *c, const GTAOI_A
     return GV_MUL(GV_SUB(cosine, tangent), a->inv_scale);
 }
 
-/* A column at distance t = 1 / inv, and the height difference `gap` (perspective: relative) that a surface makes from the one before; its front rises by `rise` and
- * occludes up to `least`. Raises the horizon where it joins it. Returns the pixels for which it hangs free above, as the
- * interval [l, u]. */
+/* A column at distance t = 1 / inv, and the height difference `gap` (perspective: relative) that a surface makes from
+ * the one before; its front rises by `rise` and occludes up to `least`. Raises the horizon where it joins it. Returns
+ * the pixels for which it hangs free above, as the interval [l, u]. */
 GTAOI_FI GM GTAOI_NAME(gtaoi_visit_column)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                            const GTAOI_ARCS *a, int side, GTAOI_COLUMN *before, GV *horizon, GV w,
                                            GV w_back, GV gap, GV inv, GV base, GV rise, GV least, GM wanted, GV *low,
@@ -4591,11 +4591,11 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_visit_column)(const gtao_context *c, const GTAOI_PI
     return GM_ANDNOT(wanted, joined);
 }
 
-/* The sectors between l and u. A sample stands for the stretch of the slice between it and its neighbours: a sheet (its
- * back is its front) that hangs free is as wide, `half` (half the distance to the sample before, in units of t) to both
- * sides but where a surface goes on. What has a depth is a quarter of a pixel narrower, for the arc from front to back
- * fills part of that (chosen by the errors in docs/thickness.md). The rise at the ends of the stretch is that of the same
- * height above the tangent plane. */
+/* The sectors between l and u. A sample stands for the stretch of the slice between it and its neighbours: a sheet
+ * (its back is its front) that hangs free is as wide, `half` (half the distance to the sample before, in units of t)
+ * to both sides but where a surface goes on. What has a depth is a quarter of a pixel narrower, for the arc from front
+ * to back fills part of that (chosen by the errors in docs/thickness.md). The rise at the ends of the stretch is that
+ * of the same height above the tangent plane. */
 GTAOI_FI GI GTAOI_NAME(gtaoi_hang)(const GTAOI_ARCS *a, const GTAOI_COLUMN *column, GI mask, GM hangs, GV l, GV u,
                                    GV half, GV inv) {
     GTAOI_NO_CONTRACT
