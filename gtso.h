@@ -2005,7 +2005,7 @@ GTAOI_FN void GTAOI_NAME(gtsoi_lookup_rows)(const gtsoi_lookup *l, int row_begin
             if (at[4])
                 r = GV_LOAD(at[4]);
             value = GTAOI_NAME(gtsoi_group)(l, GV_LOAD(at[0]), n, b, v, r);
-            if (left < GTAOI_W) {
+            if (GTAOI_W > 1 && left < GTAOI_W) {
                 GV_STORE(result, value);
                 memcpy(out + x, result, (size_t)left * sizeof(float));
             } else {
