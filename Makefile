@@ -192,11 +192,16 @@ fuzz: | build/setup/fuzz
 msan: | build/setup/fuzz
 	@tests/run.sh tests/fuzz/msan.sh
 
-figures: demo demo-sequence build/viewer | build/setup/figures
+figures: demo demo-sequence build/viewer build/bake build/mesh_to_map | build/setup/figures
 	cp build/demo/strip.png docs/figures/demo.png
 	cp build/demo-sequence/error.svg docs/figures/sequence.svg
 	cp build/demo-sequence/frame034.png docs/figures/sequence.png
 	build/viewer --size 1120x630 --frames 40 --screenshot docs/figures/viewer.png
+	build/bake --height tests/data/jacksboro.pfm --pixel-size 75,92 --height-scale 3 -o build/demo/ao.pfm \
+	  --bent build/demo/bent.pfm --picture docs/figures/bake_terrain.png
+	build/mesh_to_map --size 384 --height build/demo/mh.exr --normal build/demo/mn.exr
+	build/bake --height build/demo/mh.exr --normal build/demo/mn.exr --pixel-size 0.00270833331 --no-data nan \
+	  -o build/demo/ao.pfm --bent build/demo/bent.pfm --picture docs/figures/bake_mesh.png
 	@for f in docs/figures/*.gp; do echo "gnuplot $$f" && gnuplot $$f > $${f%.gp}.svg || exit 1; done
 
 sources := $(wildcard *.h examples/*.[ch] examples/common/*.[ch] tests/*/*.[ch])

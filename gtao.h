@@ -77,9 +77,9 @@
  *   Grooves, pits and walls against their closed forms, 64 slices, every pixel: within 0.005.
  *   Against brute force in double precision on rendered scenes, 32 slices, every pixel: RMSE 0.0003 to 0.007, bent
  *   normals within 0.04 to 1.4 degrees at the 95th percentile. Depth and radius times 2^k: the same bits.
+ *   Spherical harmonics against quadrature of the estimator, known horizons: 4e-7 (test_directional.c).
  *   Occluders with thickness: endless ones are the height field to 1e-6; slabs and grilles against their closed forms,
  *   64 slices, every pixel: RMSE below 0.003; about twice the time (tests/reference/test_arcs.c).
- *   Spherical harmonics against quadrature of the estimator, known horizons: 4e-7 (test_directional.c).
  *   What a depth buffer does not hold (the backs of things, what is off-screen) is the larger error by far against ray
  *   tracing: docs/accuracy.md.
  *

@@ -1171,11 +1171,11 @@ int image_write_text(const char *path, const char *text, image_pending *pending,
 }
 
 int image_write_bytes(const char *path, const void *bytes, size_t size, image_pending *pending, image_error *error) {
-    FILE *file = open_pending(path, pending, error);
+    FILE *file = image_open_pending(path, pending, error);
     if (!file)
         return 0;
     errno = 0;
-    return close_pending(file, fwrite(bytes, 1, size, file) == size, path, pending, error);
+    return image_close_pending(file, fwrite(bytes, 1, size, file) == size, path, pending, error);
 }
 
 int image_commit(image_pending *pending, image_error *error) {
