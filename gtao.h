@@ -510,12 +510,14 @@ GTAO_API void gtao_compose_layers(size_t n, const float *scene, const float *sce
 
 /* ---- the sweep: horizons without a march, for baking ------------------------------------------------------------ */
 
-/* The integral of gtao_compute in every-pixel mode, at a cost per pixel and slice that does not grow with the radius:
- * pixels within GTAO_SWEEP_NEAR are searched one by one, the rest of the line, to the border of the image or the
- * radius, by the upper hull of its heights. For height maps of any kind (and any other image): read are depth, normals,
- * mask, camera, border, radius (INFINITY: no bound), falloff, slices (0: 32; K slices are 2 K directions, slice k at
- * pi (k + 1/2) / K on its + side), weighting and isa; ignored are steps, max_radius_px, step_power, noise and frame.
- * The memo's estimator and thin_blend are refused.
+/* The integral of gtao_compute in every-pixel mode. Without a radius (INFINITY) the cost per pixel and slice does not
+ * depend on the size of the image: pixels within GTAO_SWEEP_NEAR are searched one by one, the rest of the line, to the
+ * border of the image, by the upper hull of its heights. With a radius every sample of the line counts as in the march,
+ * but tiles that lie too low are passed over; it pays from some tens of pixels on. For height maps of any kind (and any
+ * other image): read are depth, normals, mask, camera, border (lines go on for one image diagonal beyond a clamped or
+ * wrapped one), radius, falloff, slices (0: 32; K slices are 2 K directions, slice k at pi (k + 1/2) / K on its + side),
+ * weighting and isa; ignored are steps, max_radius_px, step_power, noise and frame. Refused are the memo's estimator,
+ * thin_blend, thickness, backs, layers, spherical harmonics and the signal.
  *
  *     gtao_sweep *sweep;
  *     gtao_result result = gtao_sweep_begin(&desc, &output, &options, scratch, scratch_size, &sweep);
@@ -2623,7 +2625,7 @@ static GTAOI_TARGET("avx") void gtaoi_clean(void) {
 #elif GTAOI_NEON
 #define GTAOI_DISPATCH(isa, name, arguments) ((isa) == GTAO_ISA_NEON ? name##_neon arguments : name##_scalar arguments)
 #else
-#define GTAOI_DISPATCH(isa, name, arguments) name##_scalar arguments
+#define GTAOI_DISPATCH(isa, name, arguments) ((void)(isa), name##_scalar arguments)
 #endif
 
 GTAO_API void gtao_prepare_rows(const gtao_context *context, int row_begin, int row_end) {
@@ -3183,7 +3185,7 @@ static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gta
     l->seeds = s && s->beyond ? GTAO_BEYOND_CAPACITY : 0;
     l->farthest = l->longest + (s && s->beyond ? s->beyond_reach : 0) + 2 * GTAOI_MARGIN;
     l->total = l->inverse + (2 * (uint64_t)l->farthest + 1) * 4 + 63;
-    /* a group of lines: heights, tangent planes and hulls; or the gradients of a band of rows */
+    /* a group of lines: heights, gradients and hulls */
     l->work = ((uint64_t)GTAOI_TILE * 32 + 24) * ((uint64_t)l->longest + GTAOI_TILE + 2 * GTAOI_MARGIN) +
               (uint64_t)GTAOI_TILE * sizeof(gtaoi_vertex) * (uint64_t)l->seeds;
     if (l->work < (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4)
@@ -3311,14 +3313,21 @@ GTAO_API int gtao_sweep_units(const gtao_sweep *sweep, int phase) {
 }
 
 /* The turned height buffer's share of a band of rows; if the radius is finite, the gradients there. */
-static void gtaoi_sweep_turn(const gtao_sweep *s, int band, float *work) {
+static void gtaoi_sweep_turn(const gtao_sweep *s, int band) {
     gtao_context c = *s->c;
     gtaoi_pass pass;
     int w = c.d.width, h = c.d.height, y0 = band * GTAOI_TILE, y1 = gtaoi_imin(y0 + GTAOI_TILE, h), x, y, i;
-    for (y = y0 == 0 ? -GTAOI_PAD : y0; y < (y1 == h ? (int)s->turned_pitch - GTAOI_PAD : y1); y++) {
-        const float *heights = gtaoi_row(&c, y) + GTAOI_PAD;
-        for (x = 0; x < w; x++)
-            s->turned[(ptrdiff_t)x * s->turned_pitch + y] = heights[x];
+    int begin = y0 == 0 ? -GTAOI_PAD : y0, end = y1 == h ? (int)s->turned_pitch - GTAOI_PAD : y1;
+    for (y = begin; y < end; y += GTAOI_TILE) {
+        const float *rows[GTAOI_TILE];
+        int n = gtaoi_imin(end - y, GTAOI_TILE);
+        for (i = 0; i < n; i++)
+            rows[i] = gtaoi_row(&c, y + i) + GTAOI_PAD;
+        for (x = 0; x < w; x++) {
+            float *to = s->turned + (ptrdiff_t)x * s->turned_pitch + y;
+            for (i = 0; i < n; i++)
+                to[i] = rows[i][x];
+        }
     }
     for (i = 0; i < 2 * s->batch; i++) /* what is read past the rows' ends */
         for (y = y0; y < y1; y++)
@@ -3326,7 +3335,6 @@ static void gtaoi_sweep_turn(const gtao_sweep *s, int band, float *work) {
                 s->beyond[(size_t)i * s->beyond_plane + (size_t)((ptrdiff_t)y * s->beyond_pitch + x)] = 0.0f;
     if (!c.bounded)
         return;
-    (void)work;
     for (i = 0; i < 2; i++)
         for (y = y0; y < y1; y++)
             memset(s->tilt[i][0] + (ptrdiff_t)y * c.pitch - GTAOI_PAD, 0, (size_t)c.pitch * sizeof(float));
@@ -3336,7 +3344,7 @@ static void gtaoi_sweep_turn(const gtao_sweep *s, int band, float *work) {
     c.pass = &pass, c.x_begin = 0, c.x_end = w;
     gtao_visibility_rows(&c, y0, y1, 0);
     for (i = 0; i < 2; i++)
-        for (y = y0 == 0 ? -GTAOI_PAD : y0; y < (y1 == h ? (int)s->turned_pitch - GTAOI_PAD : y1); y++)
+        for (y = begin; y < end; y++)
             for (x = 0; x < w; x++)
                 s->tilt[i][1][(ptrdiff_t)x * s->turned_pitch + y] =
                     y >= 0 && y < h ? s->tilt[i][0][(ptrdiff_t)y * c.pitch + x] : 0.0f;
@@ -3421,7 +3429,7 @@ GTAO_API void gtao_sweep_run(const gtao_sweep *sweep, int phase, int unit_begin,
         if (phase == 0) {
             gtao_prepare_rows(sweep->c, unit * GTAOI_TILE, (unit + 1) * GTAOI_TILE);
         } else if (phase == 1) {
-            gtaoi_sweep_turn(sweep, unit, (float *)work);
+            gtaoi_sweep_turn(sweep, unit);
         } else if (phase & 1) {
             gtao_context c = *sweep->c;
             gtaoi_pass pass;
@@ -4513,9 +4521,9 @@ GTAOI_FN GV GTAOI_NAME(gtaoi_fade_interval)(const gtao_context *c, const GTAOI_A
     return GV_MUL(GV_SUB(cosine, tangent), a->inv_scale);
 }
 
-/* A column at distance t = 1 / inv, and the height difference `gap` (perspective: relative) that a surface makes from the one before; its front rises by `rise` and
- * occludes up to `least`. Raises the horizon where it joins it. Returns the pixels for which it hangs free above, as the
- * interval [l, u]. */
+/* A column at distance t = 1 / inv, and the height difference `gap` (perspective: relative) that a surface makes from
+ * the one before; its front rises by `rise` and occludes up to `least`. Raises the horizon where it joins it. Returns
+ * the pixels for which it hangs free above, as the interval [l, u]. */
 GTAOI_FI GM GTAOI_NAME(gtaoi_visit_column)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                            const GTAOI_ARCS *a, int side, GTAOI_COLUMN *before, GV *horizon, GV w,
                                            GV w_back, GV gap, GV inv, GV base, GV rise, GV least, GM wanted, GV *low,
@@ -4583,11 +4591,11 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_visit_column)(const gtao_context *c, const GTAOI_PI
     return GM_ANDNOT(wanted, joined);
 }
 
-/* The sectors between l and u. A sample stands for the stretch of the slice between it and its neighbours: a sheet (its
- * back is its front) that hangs free is as wide, `half` (half the distance to the sample before, in units of t) to both
- * sides but where a surface goes on. What has a depth is a quarter of a pixel narrower, for the arc from front to back
- * fills part of that (chosen by the errors in docs/thickness.md). The rise at the ends of the stretch is that of the same
- * height above the tangent plane. */
+/* The sectors between l and u. A sample stands for the stretch of the slice between it and its neighbours: a sheet
+ * (its back is its front) that hangs free is as wide, `half` (half the distance to the sample before, in units of t)
+ * to both sides but where a surface goes on. What has a depth is a quarter of a pixel narrower, for the arc from front
+ * to back fills part of that (chosen by the errors in docs/thickness.md). The rise at the ends of the stretch is that
+ * of the same height above the tangent plane. */
 GTAOI_FI GI GTAOI_NAME(gtaoi_hang)(const GTAOI_ARCS *a, const GTAOI_COLUMN *column, GI mask, GM hangs, GV l, GV u,
                                    GV half, GV inv) {
     GTAOI_NO_CONTRACT
