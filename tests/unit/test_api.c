@@ -255,6 +255,8 @@ static void every_error_is_tested(void **state) {
     seen[GTAO_ERROR_MATRIX]++; /* matrices_that_are_no_projection */
     for (int i = GTAO_ERROR_FRAME; i <= GTAO_ERROR_STATE; i++)
         seen[i]++; /* test_frame.c */
+    for (int i = GTAO_ERROR_SWEEP; i <= GTAO_CANCELLED; i++)
+        seen[i]++; /* test_sweep_bits.c */
     seen[GTAO_ERROR_SIGNAL]++;
     for (int i = 0; i < GTAO_RESULT_COUNT; i++)
         if (seen[i] == 0)
