@@ -422,8 +422,9 @@ static int write_map(const char *path, const maps *o, int channels, const float 
     static const char *const one[] = {"Y"}, *const three[] = {"N.X", "N.Y", "N.Z"};
     image_pending pending;
     image_error error;
-    raster_writer *w = raster_create(path, o->width, o->height, channels, channels == 3 ? three : one,
-                                     channels == 3 ? IMAGE_RANGE_SIGNED : IMAGE_RANGE_UNIT, 16, &pending, &error);
+    raster_writer *w =
+        raster_writer_create(path, o->width, o->height, channels, channels == 3 ? three : one,
+                             channels == 3 ? IMAGE_RANGE_SIGNED : IMAGE_RANGE_UNIT, 16, &pending, &error);
     int ok = w != NULL;
     if (ok && !raster_write(w, o->height, data, &error)) {
         raster_abandon(w);

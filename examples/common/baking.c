@@ -1355,11 +1355,11 @@ int baking_finish(baking *b) {
         if (!b->o.output[k])
             continue;
         writers[k] =
-            raster_create(b->o.output[k], b->map.width, b->map.height, channels_of(b, k),
-                          k == OUT_BENT       ? names_bent
-                          : k == OUT_HORIZONS ? names_horizon
-                                              : names_y,
-                          k == OUT_BENT ? IMAGE_RANGE_SIGNED : IMAGE_RANGE_UNIT, b->o.bits, pending + k, &error);
+            raster_writer_create(b->o.output[k], b->map.width, b->map.height, channels_of(b, k),
+                                 k == OUT_BENT       ? names_bent
+                                 : k == OUT_HORIZONS ? names_horizon
+                                                     : names_y,
+                                 k == OUT_BENT ? IMAGE_RANGE_SIGNED : IMAGE_RANGE_UNIT, b->o.bits, pending + k, &error);
         if (!writers[k])
             ok = error_line(b, "%s %s", option_table[output_option[k]].name, error.text);
     }

@@ -825,8 +825,8 @@ static int write_row(raster_writer *w, const float *row, image_error *error) {
     return done == floats ? 1 : cannot_write(w, strerror(errno), error);
 }
 
-raster_writer *raster_create(const char *path, int width, int height, int channels, const char *const *names,
-                             image_range range, int bits, image_pending *pending, image_error *error) {
+raster_writer *raster_writer_create(const char *path, int width, int height, int channels, const char *const *names,
+                                    image_range range, int bits, image_pending *pending, image_error *error) {
     raster_format format = raster_format_of(path);
     int ok = 1;
     memset(pending, 0, sizeof *pending);

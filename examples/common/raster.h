@@ -47,8 +47,8 @@ typedef struct raster_writer raster_writer;
 
 /* names[c] for the channels of an EXR. `range`: what PNG's integers of `bits` (8 or 16) hold; ignored by the others.
  * PFM and PNG take 1 or 3 channels. */
-raster_writer *raster_create(const char *path, int width, int height, int channels, const char *const *names,
-                             image_range range, int bits, image_pending *pending, image_error *error);
+raster_writer *raster_writer_create(const char *path, int width, int height, int channels, const char *const *names,
+                                    image_range range, int bits, image_pending *pending, image_error *error);
 int raster_write(raster_writer *writer, int rows, const float *from, image_error *error);
 /* All rows are there: completes the file, which waits for image_commit. Frees the writer in any case. */
 int raster_finish(raster_writer *writer, image_error *error);

@@ -62,8 +62,9 @@ static void save(const char *name, int width, int height, int channels, const fl
     static const char *const names[] = {"Y", "G", "B"}, *const normals[] = {"N.X", "N.Y", "N.Z"};
     image_pending pending;
     image_error error;
-    raster_writer *w = raster_create(in_directory(name), width, height, channels, channels == 3 ? normals : names,
-                                     channels == 3 ? IMAGE_RANGE_SIGNED : IMAGE_RANGE_UNIT, bits, &pending, &error);
+    raster_writer *w =
+        raster_writer_create(in_directory(name), width, height, channels, channels == 3 ? normals : names,
+                             channels == 3 ? IMAGE_RANGE_SIGNED : IMAGE_RANGE_UNIT, bits, &pending, &error);
     if (!w || !raster_write(w, height, data, &error) || !raster_finish(w, &error) || !image_commit(&pending, &error))
         fail_msg("%s", error.text);
 }
@@ -726,7 +727,7 @@ static void test_memory(void **state) {
     image_pending pending;
     float *row = malloc(SIDE * sizeof *row);
     raster_writer *w =
-        raster_create(in_directory("in.raw"), SIDE, SIDE, 1, NULL, IMAGE_RANGE_UNIT, 8, &pending, &error);
+        raster_writer_create(in_directory("in.raw"), SIDE, SIDE, 1, NULL, IMAGE_RANGE_UNIT, 8, &pending, &error);
     assert_true(w && row);
     for (int y = 0; y < SIDE; ++y) {
         for (int x = 0; x < SIDE; ++x)
