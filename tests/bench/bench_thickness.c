@@ -1,6 +1,6 @@
 /* bench_thickness - what occluders with thickness are worth against ray tracing, into build/bench/.
  *
- *     build/bench_thickness [--quick] [--only NAME] [--no-rivals] [--no-fit]
+ *     build/bench_thickness [--quick] [--only SCENE|profile] [--no-rivals] [--no-fit]
  *
  * thickness.csv          error of every method on every scene, against all geometry and against what is inside the view
  * thickness_fit.csv      the estimate's constants, fitted to one half of the scenes and tried on the other
@@ -8,7 +8,7 @@
  * thickness_resolution.csv  what the size of a pixel costs: the prototype at 240x135, 480x270 and 960x540
  * thickness_profile.csv  visibility of a wall behind a bar and behind an animal
  * thickness_crops.png    pictures
- * All scenes are those of bench-run, from the same cache. --quick: small images, few directions. --only: one scene. */
+ * All scenes are those of bench-run, from the same cache. --quick: small images, few directions. --only: one scene, or the profiles. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -729,7 +729,7 @@ static bool run_profiles(bench *b, int strata) {
 
 /* ---- pictures ---------------------------------------------------------------------------------------------------- */
 
-enum { CROP_WIDTH = 160, CROP_HEIGHT = 112, GAP = 6, LABEL = 17, TITLE = 22, MARGIN = 150 };
+enum { CROP_WIDTH = 160, CROP_HEIGHT = 112, GAP = 6, LABEL = 17, TITLE = 22, MARGIN = 160 };
 
 static int scene_named(const bench *b, const char *name) {
     for (int s = 0; s < b->scenes; ++s)
@@ -830,11 +830,13 @@ int main(int argc, char **argv) {
             with_rivals = false;
         else if (strcmp(argv[i], "--no-fit") == 0)
             fit = false;
+        else if (strcmp(argv[i], "--only") == 0 && i + 1 < argc && strcmp(argv[i + 1], "profile") == 0)
+            only = argv[++i];
         else if (strcmp(argv[i], "--only") == 0 && i + 1 < argc &&
                  bench_scenes_exist("bench_thickness", 1, argv + i + 1))
             only = argv[++i];
         else {
-            fprintf(stderr, "usage: bench_thickness [--quick] [--only SCENE] [--no-rivals] [--no-fit]\n");
+            fprintf(stderr, "usage: bench_thickness [--quick] [--only SCENE|profile] [--no-rivals] [--no-fit]\n");
             return 2;
         }
     }
@@ -842,6 +844,11 @@ int main(int argc, char **argv) {
         o.width = 240, o.height = 135, o.strata = 8, b.slices = 8;
     double start = wall_seconds();
     b.threads = pool_create(cli_processors());
+    if (b.threads && only && strcmp(only, "profile") == 0) {
+        bool done = make_folders("build/bench") && run_profiles(&b, o.strata);
+        pool_destroy(b.threads);
+        return done ? 0 : 1;
+    }
     FILE *csv = b.threads && make_folders("build/bench") ? fopen("build/bench/thickness_scenes.csv", "w") : NULL;
     if (!csv) {
         perror("build/bench/thickness_scenes.csv");

@@ -49,7 +49,7 @@ static void pieces_free(pieces *p) {
 }
 
 /* Corners at one place become one: parent[] is a forest over the vertices. */
-static bool weld(const bench_scene_mesh *m, unsigned *parent) {
+static bool weld(const mesh *m, unsigned *parent) {
     corner *c = malloc(m->vertex_count * sizeof *c);
     if (!c)
         return false;
@@ -73,7 +73,7 @@ static bool weld(const bench_scene_mesh *m, unsigned *parent) {
     return true;
 }
 
-static bool find_pieces(const bench_scene_mesh *m, pieces *out, peel *p) {
+static bool find_pieces(const mesh *m, pieces *out, peel *p) {
     size_t n = m->vertex_count, t = m->triangle_count, edges = 0;
     unsigned *place = malloc(n * sizeof *place), *piece = malloc(n * sizeof *piece);
     edge *e = malloc(3 * t * sizeof *e);

@@ -936,15 +936,15 @@ bool bench_study_build(bench_scene *out, const char *name, int width, int height
         return false;
     out->name = bar ? "bar" : "elephant";
     out->title = bar ? "a thin bar in front of a wall" : "an animal in front of a wall";
-    bench_scene_mesh *m = &out->mesh;
-    add_box(m, world, -8, -8, -0.3, 8, 8, 0);
+    mesh *m = &out->mesh;
+    mesh_add_box(m, mesh_world, -8, -8, -0.3, 8, 8, 0);
     if (bar)
-        add_box(m, world, -0.05, -8, 0.4, 0.05, 8, 0.5);
+        mesh_add_box(m, mesh_world, -0.05, -8, 0.4, 0.05, 8, 0.5);
     else
-        add_implicit(m, turned_y(moved(world, 0, -1, 1.0), 62), beast_distance, NULL, v3(-0.75, -0.05, -1.05),
-                     v3(0.75, 1.9, 1.9), 0.02);
+        add_implicit(m, mesh_turned_y(mesh_moved(mesh_world, 0, -1, 1.0), 62), beast_distance, NULL,
+                     v3(-0.75, -0.05, -1.05), v3(0.75, 1.9, 1.9), 0.02);
     look_at(out, v3(0, 0.1, 6), v3(0, 0, 0), 1.1, width, height);
-    out->radius = 1.2;
+    out->radius = 2;
     return true;
 }
 

@@ -145,13 +145,13 @@ void slab_visibility_rows(const view *v, const slabs *set, float *visibility, in
             pixel_noise(x, y, noise);
             for (int k = 0; k < set->slices; ++k)
                 for (int sign = -1; sign <= 1; sign += 2) {
-                    double phi = BENCH_PI * (k + noise[0]) / set->slices;
+                    double phi = V3_PI * (k + noise[0]) / set->slices;
                     s.dx = sign * cos(phi), s.dy = sign * sin(phi), s.major = fmax(fabs(s.dx), fabs(s.dy));
                     vec3 b = v3(s.dx / f, s.dy / f, 0), across = v3_mad(b, eye, -v3_dot(b, eye));
                     double size = v3_length(across);
                     vec3 o = v3_scale(across, 1 / size);
                     double no = v3_dot(n, o), nv = v3_dot(n, eye), angle = atan2(no, nv), projected = hypot(no, nv);
-                    double limit = angle + 0.5 * BENCH_PI, jacobian = 1 / (size * size);
+                    double limit = angle + 0.5 * V3_PI, jacobian = 1 / (size * size);
                     s.scale = length / (s.w0 * size), s.shift = -v3_dot(b, r0) / (length * size);
                     int count = gather(v, set, &s, x, y, cos(limit) / sin(limit), list, MOST);
                     qsort(list, (size_t)count, sizeof *list, descending);
