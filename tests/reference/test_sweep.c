@@ -394,7 +394,7 @@ static void check_scene(ref_image img, ref_border border, double radius, int str
     desc.falloff = 0.0f;
     desc.weighting = GTAO_WEIGHTING_UNIFORM;
     snprintf(what, sizeof what, "%s, radius, no falloff, uniform", name);
-    check_brute_force(&img, desc, border, stride, 0.01, 2.0, what);
+    check_brute_force(&img, desc, border, stride, 0.01, 2.5, what);
     ref_image_free(&img);
 }
 
