@@ -304,7 +304,7 @@ awk -F, 'NR > 1 && $1 == "pooled" {
             label = f[1] (f[2] ? ", " f[2] : "")
             sub(/, 1$/, "", label); sub(/^layers, ([248])$/, "& two-sided layers", label); sub(/^layers, /, "", label)
             sub(/^mask and minimum, 2/, "two results by mask and minimum [TP16]", label); sub(/^fronts only, 4/, "4 layers, fronts only", label)
-            sub(/^estimate for the first, 4/, "4 layers, the first with estimated backs", label); sub(/^slides. blend/, "blend of [J16]", label)
+            sub(/^estimate for the first, 4/, "4 layers, the first with estimated backs", label); sub(/^slides. blend/, "blend of [J16]", label); sub(/^prototype, 4/, "4 two-sided layers, prototype", label)
             sub(/^constant/, "constant, parts of the radius", label); sub(/^screen width/, "as thick as wide on the screen", label)
             printf "| %s | %s | %.2f | %s |\n", label, cell(key, "rays", o), e[key, "rays", o] / hf, cell(key, "inside", o)
         }
@@ -340,7 +340,7 @@ awk -F, 'NR > 1 {
     function one_setting(  f) { split(one["rays"], f, ","); return f[2] }' $thick > $out/thickness-scenes.md
 
 awk -F, 'BEGIN { print "| fitted to | factor | endless, radii | slope | RMSE there | height field | RMSE on the others | height field | ratio |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|" }
-    NR > 1 { printf "| %s | %s | %s | %s | %.4f | %.4f | %s | %s | %s |\n", $1, $2, $3, $4, $5, $6, $8 > 0 ? sprintf("%.4f", $7) : "", $8 > 0 ? sprintf("%.4f", $8) : "", $8 > 0 ? sprintf("%.2f", $7 / $8) : sprintf("%.2f", $5 / $6) }' build/bench/thickness_fit.csv > $out/thickness-fit.md
+    NR > 1 { printf "| %s | %s | %s | %s | %.4f | %.4f | %s | %s | %s |\n", $1, $2, $3, $4, $5, $6, ($8 > 0 ? sprintf("%.4f", $7) : ""), ($8 > 0 ? sprintf("%.4f", $8) : ""), ($8 > 0 ? sprintf("%.2f", $7 / $8) : sprintf("%.2f", $5 / $6)) }' build/bench/thickness_fit.csv > $out/thickness-fit.md
 
 awk -F, 'BEGIN { print "| scene | pieces | of which solids | pixels of sheets | with a second layer | third | fourth | fifth |\n|---|--:|--:|--:|--:|--:|--:|--:|" }
     NR > 1 { printf "| %s | %d | %d | %.0f %% | %.0f %% | %.0f %% | %.0f %% | %.0f %% |\n", $1, $2, $3, 100 * $4, 100 * $5, 100 * $6, 100 * $7, 100 * $8 }' build/bench/thickness_scenes.csv > $out/thickness-peel.md
