@@ -494,10 +494,10 @@ GTAO_API const float *gtao_frame_plane(const gtao_frame_context *context, gtao_p
 /* ---- thickness --------------------------------------------------------------------------------------------------- */
 
 /* How thick is what a depth buffer shows? An estimate for desc.thickness_map from the depth alone, world units along the
- * view ray: a thing is half as thick as it is wide on the screen, the lesser of row and column, and what is wider than
- * the radius or reaches the edge of the image is endless (INFINITY; 0 in the sky). Fitted to ray tracing and measured in
- * docs/accuracy.md; [J16] names the idea. Of `desc` camera, depth and radius are read. `thickness` is width x height
- * floats, `stride` as in gtao_desc. One thread. */
+ * view ray: a thing is a third (0.35) as thick as it is wide on the screen, the lesser of row and column, and what is
+ * wider than one and a half radii or reaches the edge of the image is endless (INFINITY; 0 in the sky). Fitted to ray
+ * tracing and measured in docs/thickness.md; [J16] names the idea. Of `desc` camera, depth and radius are read.
+ * `thickness` is width x height floats, `stride` as in gtao_desc. One thread. */
 GTAO_API size_t gtao_thickness_scratch_size(const gtao_desc *desc);
 GTAO_API gtao_result gtao_estimate_thickness(const gtao_desc *desc, float *thickness, ptrdiff_t stride, void *scratch,
                                              size_t scratch_size);
@@ -2675,8 +2675,8 @@ GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *outp
 
 /* Constants of the estimate, fitted: thickness over width; widths in radii that are endless; the change of depth, in
  * footprints a pixel, within which neighbours are one surface; and the most that a slope adds to a width. */
-#define GTAOI_THICKNESS_FACTOR 0.5f
-#define GTAOI_THICKNESS_ENDLESS 1.0f
+#define GTAOI_THICKNESS_FACTOR 0.35f
+#define GTAOI_THICKNESS_ENDLESS 1.5f
 #define GTAOI_THICKNESS_SLOPE 6.0f
 #define GTAOI_THICKNESS_STRETCH 5.0f
 

@@ -122,10 +122,10 @@ static void list_methods(bench *b, bool with_rivals) {
     m = add(b, LIBRARY, "layers", "4");
     m->layers = 4, m->picture = 5;
     add(b, LIBRARY, "layers", "8")->layers = 8;
-    add(b, LIBRARY, "layers, fronts only", "4")->fronts = 4;
-    m = add(b, LIBRARY, "layers, estimate for the first", "4");
+    add(b, LIBRARY, "fronts only", "4")->fronts = 4;
+    m = add(b, LIBRARY, "estimate for the first", "4");
     m->layers = 4, m->map = FITTED_MAP;
-    add(b, PROTOTYPE, "prototype, layers", "4")->layers = 4;
+    add(b, PROTOTYPE, "prototype", "4")->layers = 4;
     add(b, TRUTH, "rays inside the view", "");
     for (int i = 0; with_rivals && rivals[i]; ++i) {
         const rival_preset *p = &rivals[i]->preset[rivals[i]->presets - 1];
@@ -553,7 +553,7 @@ static bool write_csv(bench *b) {
 enum { FACTORS = 4, ENDS = 3, SLOPES = 2, RULES = FACTORS * ENDS * SLOPES };
 
 static thickness_rule rule_of(int k) {
-    static const float factors[FACTORS] = {0.35f, 0.5f, 0.7f, 1}, ends[ENDS] = {0.75f, 1, 1.5f},
+    static const float factors[FACTORS] = {0.25f, 0.35f, 0.5f, 0.7f}, ends[ENDS] = {1, 1.5f, 2},
                        slopes[SLOPES] = {6, 8};
     thickness_rule r = {factors[k % FACTORS], ends[k / FACTORS % ENDS], slopes[k / (FACTORS * ENDS)], false};
     return r;

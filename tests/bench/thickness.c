@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-const thickness_rule thickness_fitted = {0.5f, 1, 6, false};
+const thickness_rule thickness_fitted = {0.35f, 1.5f, 6, false};
 
 typedef struct run {
     float z;      /* where it was last seen */

@@ -591,11 +591,11 @@ static void thickness_is_estimated(void **state) {
         assert_non_null(scratch);
         assert_int_equal(gtao_estimate_thickness(&d, map, 4 * W, scratch, size), GTAO_OK);
         for (int i = 0; i < W * H; i++) {
-            float want = z[i] < 5.0f    ? 0.5f * 4.0f * unit * (k ? 1.0f : 4.0f)
-                         : z[i] < 7.0f  ? 0.5f * 24.0f * unit * (k ? 1.0f : 6.0f) /* as if the bar were not there */
+            float want = z[i] < 5.0f    ? 0.35f * 4.0f * unit * (k ? 1.0f : 4.0f)
+                         : z[i] < 7.0f  ? 0.35f * 24.0f * unit * (k ? 1.0f : 6.0f) /* as if the bar were not there */
                          : z[i] < 10.0f ? float_inf()
                                         : 0.0f;
-            if (want > 0.5f * d.radius)
+            if (want > 0.35f * 1.5f * d.radius)
                 want = float_inf();
             if (!(map[i] == want || fabsf(map[i] - want) < 1e-5f * want))
                 fail_msg("%d: thickness %g, expected %g at (%d, %d)", k, (double)map[i], (double)want, i % W, i / W);
