@@ -1339,7 +1339,7 @@ static void stats_text(const baking *b, double seconds, char *text, size_t size)
 
 int baking_finish(baking *b) {
     static const char *const names_y[] = {"Y"}, *const names_bent[] = {"bent.X", "bent.Y", "bent.Z"};
-    char horizon_names[2 * 64][8], text[2048];
+    char horizon_names[2 * 64][16], text[2048];
     const char *names_horizon[2 * 64];
     raster_writer *writers[OUT_COUNT] = {NULL, NULL, NULL};
     image_pending pending[OUT_COUNT + 2]; /* the picture, the statistics */
