@@ -3,7 +3,7 @@
 # make demo-sequence  a moving camera and a moving thing through the denoiser, in build/demo-sequence
 # make test       every test; make suites: only the cmocka suites, make determinism: only the golden hashes
 # make strict     every language standard, compiler, target and optimisation level, warnings as errors
-# make bench      error against run time, beside other methods, into build/bench/ and docs/; QUICK=1: a look in 2 minutes
+# make bench      error against run time, beside other methods, into build/bench/ and docs/; QUICK=1: a look in five minutes
 # make specular   that part of make bench which is about specular occlusion: docs/specular.md and its pictures
 # make bench-bake  tables of docs/baking.md; LARGE=1: also 8192 x 8192 in 512 MiB. make bench-gis: beside SAGA GIS
 # make fuzz       libFuzzer for FUZZ_SECONDS (60); make msan: golden hashes and the corpus under MemorySanitizer
