@@ -5561,7 +5561,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
             gtaoi_fill_sky(block[BASES] + u * GTAOI_TILE, GTAOI_TILE);
             memset(block[ACROSS] + u * GTAOI_TILE, 0, GTAOI_TILE * sizeof(float));
             memset(block[AHEAD] + u * GTAOI_TILE, 0, GTAOI_TILE * sizeof(float));
-            l->aside[position] = 0.0f;
+            l->aside[position] = 0.0f, l->minor[position] = 0;
             continue;
         }
         whole = (int)place - ((double)(int)place > place);

@@ -361,7 +361,7 @@ static void save_geotiff(const char *name, int compressed) {
     TIFFSetField(t, 42113, "-9999");
     for (int y = 0; y < HEIGHT; ++y) {
         for (int x = 0; x < WIDTH; ++x)
-            row[x] = x > 20 && x < 30 && y > 20 && y < 25 ? -9999 : (int16_t)heights[y * WIDTH + x];
+            row[x] = (int16_t)(x > 20 && x < 30 && y > 20 && y < 25 ? -9999 : (int)heights[y * WIDTH + x]);
         assert_int_equal(TIFFWriteScanline(t, row, (uint32_t)y, 0), 1);
     }
     TIFFClose(t);
