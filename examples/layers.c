@@ -375,54 +375,65 @@ static void write_pixel(const options *o, const mesh *m, const hits *h, size_t p
     }
 }
 
+/* The whole job; what it allocates is the caller's to free. */
+static int run(const options *o, mesh *m, hits *h, image *img) {
+    image_error error;
+    image_pending file;
+    memset(&file, 0, sizeof file);
+    if (!find_pieces(m))
+        return 2;
+    gtao_camera camera = gtao_camera_from_fov(o->fov_y_degrees, o->width, o->height);
+    size_t pixels = (size_t)o->width * (size_t)o->height;
+    int channels = 3 + 2 * o->layers;
+    h->first = malloc(pixels * sizeof *h->first);
+    if (!h->first || !image_create(img, o->width, o->height, channels, &error)) {
+        error_line("out of memory");
+        return 1;
+    }
+    for (size_t i = 0; i < pixels; ++i)
+        h->first[i] = -1;
+    for (int i = 0; i < m->triangle_count; ++i)
+        draw(o, m, (double)camera.fx, i, h);
+    for (size_t i = 0; i < pixels; ++i)
+        write_pixel(o, m, h, i, img->data + i * (size_t)channels);
+
+    char text[2 * GTAO_MAX_LAYERS][24];
+    const char *names[5 + 2 * GTAO_MAX_LAYERS] = {"Z", "ZBack", "N.X", "N.Y", "N.Z"};
+    for (int k = 1; k < o->layers; ++k) {
+        snprintf(text[2 * k - 2], sizeof text[0], "layer%d.Z", k + 1);
+        snprintf(text[2 * k - 1], sizeof text[0], "layer%d.ZBack", k + 1);
+        names[3 + 2 * k] = text[2 * k - 2], names[4 + 2 * k] = text[2 * k - 1];
+    }
+    if (!image_write(o->output, img, names, IMAGE_RANGE_UNIT, &file, &error) || !image_commit(&file, &error)) {
+        error_line("%s", error.text);
+        image_discard(&file);
+        return 2;
+    }
+    printf("ao --depth %s:Z --back %s:ZBack --normal %s:N", o->output, o->output, o->output);
+    for (int k = 1; k < o->layers; ++k)
+        printf(" --layer %s:layer%d.Z --back %s:layer%d.ZBack", o->output, k + 1, o->output, k + 1);
+    printf(" --fov-y %.9g\n", (double)o->fov_y_degrees);
+    return 0;
+}
+
 int main(int argc, char **argv) {
     options o;
     mesh m;
     hits h;
     image img;
-    image_error error;
-    image_pending file;
+    int status = 2;
     memset(&m, 0, sizeof m);
     memset(&h, 0, sizeof h);
-    memset(&file, 0, sizeof file);
-    if (!parse_options(argc, argv, &o) || !read_mesh(o.mesh, &m) || !find_pieces(&m) || !look(&o, &m))
+    memset(&img, 0, sizeof img);
+    if (!parse_options(argc, argv, &o))
         return 2;
-    gtao_camera camera = gtao_camera_from_fov(o.fov_y_degrees, o.width, o.height);
-    size_t pixels = (size_t)o.width * (size_t)o.height;
-    int channels = 3 + 2 * o.layers;
-    h.first = malloc(pixels * sizeof *h.first);
-    if (!h.first || !image_create(&img, o.width, o.height, channels, &error)) {
-        error_line("out of memory");
-        return 1;
-    }
-    for (size_t i = 0; i < pixels; ++i)
-        h.first[i] = -1;
-    for (int i = 0; i < m.triangle_count; ++i)
-        draw(&o, &m, (double)camera.fx, i, &h);
-    for (size_t i = 0; i < pixels; ++i)
-        write_pixel(&o, &m, &h, i, img.data + i * (size_t)channels);
-
-    char text[2 * GTAO_MAX_LAYERS][24];
-    const char *names[5 + 2 * GTAO_MAX_LAYERS] = {"Z", "ZBack", "N.X", "N.Y", "N.Z"};
-    for (int k = 1; k < o.layers; ++k) {
-        snprintf(text[2 * k - 2], sizeof text[0], "layer%d.Z", k + 1);
-        snprintf(text[2 * k - 1], sizeof text[0], "layer%d.ZBack", k + 1);
-        names[3 + 2 * k] = text[2 * k - 2], names[4 + 2 * k] = text[2 * k - 1];
-    }
-    if (!image_write(o.output, &img, names, IMAGE_RANGE_UNIT, &file, &error) || !image_commit(&file, &error)) {
-        error_line("%s", error.text);
-        image_discard(&file);
-        return 2;
-    }
-    printf("ao --depth %s:Z --back %s:ZBack --normal %s:N", o.output, o.output, o.output);
-    for (int k = 1; k < o.layers; ++k)
-        printf(" --layer %s:layer%d.Z --back %s:layer%d.ZBack", o.output, k + 1, o.output, k + 1);
-    printf(" --fov-y %.9g\n", (double)o.fov_y_degrees);
+    if (read_mesh(o.mesh, &m) && look(&o, &m))
+        status = run(&o, &m, &h, &img);
     image_free(&img);
     free(m.vertices);
     free(m.triangles);
     free(m.piece);
     free(h.list);
     free(h.first);
-    return 0;
+    return status;
 }

@@ -263,7 +263,8 @@ static double arcs_at(const ref_image *image, const ref_settings *settings, cons
             const double sign = side ? 1.0 : -1.0, n = sign * slice.n, limit = n + 0.5 * REF_PI;
             list.count = 0;
             march(image, settings, slabs, center, x, y, &slice, sign, limit, &list);
-            qsort(list.arcs, list.count, sizeof *list.arcs, compare_arcs);
+            if (list.count)
+                qsort(list.arcs, list.count, sizeof *list.arcs, compare_arcs);
             double seen = 0.0; /* everything up to here is accounted for */
             for (size_t i = 0; i <= list.count && seen < limit; i++) {
                 const double from = i < list.count ? fmin(list.arcs[i].from, limit) : limit;
