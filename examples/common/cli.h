@@ -86,7 +86,7 @@ enum { CLI_GO = -1 };
 
 /* Reads the command line into `settings`, which hold the defaults; given[i] tells whether option i was there. Then checks
  * the files to write: they and their directories can be written, no two are the same, and none is read. The exit status
- * if there is nothing more to do: 0 after --help, 2 after an error; otherwise CLI_GO. The program is remembered. */
+ * if there is nothing more to do: 0 after --help, 2 after an error; otherwise CLI_GO. The program is remembered, in a copy. */
 int cli_parse(const cli_program *program, int argc, char **argv, void *settings, unsigned char *given);
 
 /* One line after the program's name; a bar goes first. Returns 0. */
