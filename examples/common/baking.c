@@ -118,7 +118,6 @@ static const char *const greens[] = {"opengl", "directx", NULL};
 static const char *const spaces[] = {"tangent", "world", NULL};
 static const char *const borders[] = {"open", "clamp", "wrap", NULL};
 static const char *const bit_counts[] = {"8", "16", NULL};
-static const char map_endings[] = ".exr, .pfm, .png, .tif, .tiff, .raw or .f32";
 static const int output_option[OUT_COUNT] = {OPT_OUTPUT, OPT_BENT, OPT_HORIZONS};
 
 static const cli_option option_table[OPT_COUNT] = {
@@ -149,8 +148,8 @@ static const cli_option option_table[OPT_COUNT] = {
     [OPT_FALLOFF] = {"--falloff", "F", "part of the radius over which occlusion fades out, 0..1 (0)",
                      CLI_FLOAT(settings, falloff, 0, 1, "0..1")},
     [OPT_OUTPUT] = {"-o", "FILE", "visibility, 1 = open; .exr, .pfm, .png, .tif, .raw or .f32",
-                    CLI_OUTPUT(settings, output[OUT_VISIBILITY], map_endings)},
-    [OPT_BENT] = {"--bent", "FILE", "bent normals", CLI_OUTPUT(settings, output[OUT_BENT], map_endings)},
+                    CLI_OUTPUT(settings, output[OUT_VISIBILITY], RASTER_ENDINGS)},
+    [OPT_BENT] = {"--bent", "FILE", "bent normals", CLI_OUTPUT(settings, output[OUT_BENT], RASTER_ENDINGS)},
     [OPT_BENT_SPACE] = {"--bent-space", "tangent|world", "(tangent: x right, z out of the map)",
                         CLI_CHOICE(settings, bent_world, spaces)},
     [OPT_GREEN] = {"--green", "opengl|directx", "green of the tangent space is up (opengl) or down the image",
@@ -160,7 +159,7 @@ static const cli_option option_table[OPT_COUNT] = {
                         CLI_AXES(settings, world, "three signed axes, each once, such as +x-z+y")},
     [OPT_HORIZONS] = {"--horizons", "FILE",
                       "sine of the horizon's elevation, a channel for each side of each direction",
-                      CLI_OUTPUT(settings, output[OUT_HORIZONS], map_endings)},
+                      CLI_OUTPUT(settings, output[OUT_HORIZONS], RASTER_ENDINGS)},
     [OPT_PICTURE] = {"--picture", "FILE.png", "a look at it: heights, visibility, bent normals, and lit by sun and sky",
                      CLI_OUTPUT(settings, picture, ".png")},
     [OPT_BITS] = {"--bits", "8|16", "of PNG files (8)", CLI_CHOICE(settings, sixteen, bit_counts)},

@@ -98,17 +98,6 @@ int cli_numbers(const char *text, int lowest, int highest, float *values) {
     return 0;
 }
 
-int cli_size(const char *text, long lowest, long highest, int *width, int *height) {
-    char first[16];
-    long w, h;
-    if (!next_part(&text, "x,", first, sizeof first) || !*text || !cli_integer(first, lowest, highest, &w) ||
-        !cli_integer(text + 1, lowest, highest, &h))
-        return 0;
-    *width = (int)w;
-    *height = (int)h;
-    return 1;
-}
-
 int cli_axes_of(const char *text, cli_axes *axes) {
     int seen = 0;
     for (int i = 0; i < 3; ++i, text += 2) {
@@ -169,10 +158,16 @@ static int set_double(const cli_option *o, const char *value, double *to) {
 }
 
 static int set_size(const cli_option *o, const char *value, int *to) {
-    char text[64];
-    if (cli_size(value, (long)o->lowest, (long)o->highest, to, to + 1))
+    char first[16], text[64];
+    const char *at = value;
+    long w, h, lowest = (long)o->lowest, highest = (long)o->highest;
+    if (next_part(&at, "x,", first, sizeof first) && *at && cli_integer(first, lowest, highest, &w) &&
+        cli_integer(at + 1, lowest, highest, &h)) {
+        to[0] = (int)w;
+        to[1] = (int)h;
         return 1;
-    snprintf(text, sizeof text, "WIDTHxHEIGHT, %.0f..%.0f each", o->lowest, o->highest);
+    }
+    snprintf(text, sizeof text, "WIDTHxHEIGHT, %ld..%ld each", lowest, highest);
     return cli_bad_value(o, value, o->expected ? o->expected : text);
 }
 

@@ -109,7 +109,6 @@ int cli_number(const char *text, double *value);
 int cli_integer(const char *text, long lowest, long highest, long *value);
 /* "a,b,c": at least `lowest` and at most `highest` numbers that fit a float; how many, or 0. */
 int cli_numbers(const char *text, int lowest, int highest, float *values);
-int cli_size(const char *text, long lowest, long highest, int *width, int *height);
 int cli_axes_of(const char *text, cli_axes *axes);
 /* Index of `text` in `names`, which a null ends; or -1. */
 int cli_choice(const char *text, const char *const *names);
