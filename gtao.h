@@ -2079,6 +2079,8 @@ GTAOI_INLINE int gtaoi_highest(unsigned m) {
 }
 
 GTAOI_INLINE int gtaoi_popcount(unsigned m) { /* of 16 bits */
+    if (m == 0xffffu || m == 0xffu || m == 0xfu) /* whole groups */
+        return m == 0xffffu ? 16 : m == 0xffu ? 8 : 4;
     m = (m & 0x5555u) + (m >> 1 & 0x5555u);
     m = (m & 0x3333u) + (m >> 2 & 0x3333u);
     m = (m & 0x0f0fu) + (m >> 4 & 0x0f0fu);
