@@ -94,7 +94,7 @@
  *     them in place of rotated and multiplied zonal harmonics; its aperture heeds the bent normal's tilt.
  *   - Noise [J16]: 96 different directions and 16 different offsets; as printed there would be 48 and 4
  *     (gtaoi_noise_memo).
- *   - Rises above the tangent plane of less than 2.4e-4 in cot h are rounding and ignored: 1e-7 in visibility.
+ *   - Rises above the tangent plane of less than 9.8e-4 in cot h are rounding and ignored: 1e-6 in visibility.
  *   - A normal that faces away from the eye is tilted until it just faces it.
  *   - Frames [J16]: pixels are averaged by their slices' share of the integral; the spatial filter tells surfaces apart
  *     by a pixel's footprint in depth rather than a tenth of it; the history's clamp never closes below the noise of one
@@ -268,6 +268,15 @@ typedef enum gtao_isa {
     GTAO_ISA_NEON = 5
 } gtao_isa;
 
+/* What is not computed because the result is known without it (docs/performance.md). Planes are told from cells of
+ * 16x16 pixels: prepare and compute in ranges of multiples of 16 rows, or what they cut is computed in full. */
+typedef enum gtao_skip {
+    GTAO_SKIP_SKY = 1,     /* blocks of nothing but sky */
+    GTAO_SKIP_OPEN = 2,    /* pixels above whose tangent plane nothing rises within the radius: visibility 1 */
+    GTAO_SKIP_SECTORS = 4, /* samples in directions and at distances in which nothing can rise above it */
+    GTAO_SKIP_ALL = 7
+} gtao_skip;
+
 #define GTAO_MAX_LAYERS 8
 
 /* A further layer of depth, as from depth peeling: front faces, and back faces if there are any. It only casts
@@ -332,6 +341,8 @@ typedef struct gtao_desc {
     uint32_t frame; /* selects the temporal rotation and offset of the noise */
 
     gtao_isa isa;
+
+    unsigned no_skip; /* gtao_skip flags: what not to skip; costs time, changes no bit of the output */
 } gtao_desc;
 
 /* ---- output ----------------------------------------------------------------------------------------------------- */
@@ -377,6 +388,9 @@ typedef struct gtao_stats {
     uint64_t small_radius;    /* because the radius projects to less than a pixel */
     uint64_t derived_normals; /* pixels whose normal came from depth */
     uint64_t samples;         /* horizon samples, all pixels */
+    uint64_t sky_skipped;     /* pixels of `sky` in blocks that were not looked at */
+    uint64_t open;            /* pixels that are known to be open */
+    uint64_t samples_skipped; /* of the other pixels: samples that cannot rise, not taken */
     uint64_t unchanged;       /* gtao_frame: pixels of the filters' resolution in tiles at rest, not computed anew */
 } gtao_stats;
 
@@ -760,7 +774,7 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #define GTAOI_ORTHO_LIMIT 274877906944.0f  /* 2^38: orthographic heights, in pixels */
 #define GTAOI_KAPPA_LIMIT 1099511627776.0f /* 2^40: cotangent of a horizon, so that products stay finite */
 #define GTAOI_RISE_MIN                                                                                                 \
-    2.44140625e-4f             /* 2^-12: a rise in cot h above the tangent plane that is rounding; 1e-7 in visibility */
+    9.765625e-4f               /* 2^-10: a rise in cot h above the tangent plane that is rounding; 1e-6 in visibility */
 #define GTAOI_FACING_MIN 1e-4f /* least n.v: a normal that faces away is tilted to the silhouette */
 #define GTAOI_CLASS_SHIFT 21   /* radius classes: exponent and 2 bits of mantissa, 4 an octave */
 #define GTAOI_CLASS_MASK 0xffe00000u
@@ -1234,6 +1248,32 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 
 /* ---- context ---------------------------------------------------------------------------------------------------- */
 
+/* The heights of a cell of GTAOI_CELL^2 pixels lie between two planes, w0 + g.e + down and w0 + g.e + up, e from the
+ * cell's centre in pixels: those of the first layer above the lower, those of all layers below the upper. On a plane
+ * the two coincide but for rounding, however it slants. */
+enum {
+    GTAOI_CELL = 16,
+    GTAOI_CELL_W0 = 0,
+    GTAOI_CELL_GX,
+    GTAOI_CELL_GY,
+    GTAOI_CELL_UP,   /* GTAOI_CELL_NONE: nothing but sky */
+    GTAOI_CELL_DOWN, /* minus that: sky in the first layer */
+    GTAOI_CELL_PLANES,
+    GTAOI_DIRECTIONS = 16, /* sectors of directions on the screen */
+    GTAOI_SPAN = 32        /* tiles of 64x16 pixels that are looked at together */
+};
+#define GTAOI_CELL_NONE (-1e38f)
+
+/* What the receivers of a tile may see. */
+typedef struct gtaoi_tile {
+    float gx, gy, slack;                              /* it holds for tangent planes with |g - (gx, gy)| <= slack */
+    int sky;                                          /* nothing but sky */
+    int known;                                        /* 0: anything may rise anywhere */
+    int open;                                         /* nothing rises */
+    float lo[GTAOI_DIRECTIONS], hi[GTAOI_DIRECTIONS]; /* where something may rise, in pixels; none: lo > hi */
+    float lo_all, hi_all;                             /* the same of all directions */
+} gtaoi_tile;
+
 /* One sample of a slice, shared by all pixels of a noise phase. */
 typedef struct gtaoi_sample {
     float inv_length;  /* 1 / |q|, or 1 / t on the slice line in every-pixel mode; per pixel */
@@ -1303,6 +1343,12 @@ struct gtao_context {
     int slice_begin, slice_end;      /* the slices of this pass over the rows: all of them, or a sweep's batch */
     int x_begin, x_end;              /* columns that are wanted */
     const struct gtaoi_pass *pass;   /* of a sweep; null: none */
+    float rise_min;                  /* rises in cot h that do not count */
+    unsigned skips;                  /* gtao_skip flags that these settings allow */
+    int cells_x, cells_y;            /* of 16x16 pixels */
+    ptrdiff_t cell_pitch;            /* floats from one row of cells to the next */
+    float *cell[GTAOI_CELL_PLANES];  /* what they hold */
+    uint32_t *prepared;              /* of each row: the range that it was last prepared in */
 };
 
 typedef struct gtaoi_layout {
@@ -1311,7 +1357,7 @@ typedef struct gtaoi_layout {
     uint32_t class_base;
     ptrdiff_t pitch, plane;
     int planes;
-    uint64_t w, slice, sample, taps, count, noise, total; /* byte offsets in the aligned scratch */
+    uint64_t w, slice, sample, taps, count, noise, cells, prepared, total; /* byte offsets in the aligned scratch */
 } gtaoi_layout;
 
 /* On the front of error against time of all settings (docs/benchmark.md). */
@@ -1481,6 +1527,11 @@ static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) 
 }
 
 /* Everything that decides the size of the scratch buffer. */
+/* Floats in a row of cells, with room for a group that starts at the last one. */
+static ptrdiff_t gtaoi_cell_pitch(int width) {
+    return ((width + GTAOI_CELL - 1) / GTAOI_CELL + 2 * GTAOI_LANES - 1) / GTAOI_LANES * GTAOI_LANES;
+}
+
 static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
     float f_max, f_min, b_ratio;
     double diagonal = sqrt((double)d->width * (double)d->width + (double)d->height * (double)d->height);
@@ -1531,9 +1582,12 @@ static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
                    sizeof(gtaoi_sample);
     l->count = l->taps + (l->every_pixel ? phases * (uint64_t)l->slices * GTAOI_NEAR * sizeof(gtaoi_taps) : 0);
     l->noise = l->count + (phases * (uint64_t)l->slices * (uint64_t)l->classes * sizeof(int) + 63) / 64 * 64;
-    l->total = l->noise + 63; /* room to align */
+    l->cells = l->noise;
     if (l->per_pixel_noise)
-        l->total += (2 * 64 * (64 + GTAOI_LANES) + (l->every_pixel ? 0 : 64 * (uint64_t)l->max_steps)) * sizeof(float);
+        l->cells += (2 * 64 * (64 + GTAOI_LANES) + (l->every_pixel ? 0 : 64 * (uint64_t)l->max_steps)) * sizeof(float);
+    l->prepared = l->cells + GTAOI_CELL_PLANES * sizeof(float) * (uint64_t)gtaoi_cell_pitch(d->width) *
+                                 (uint64_t)((d->height + GTAOI_CELL - 1) / GTAOI_CELL);
+    l->total = l->prepared + (uint64_t)d->height * sizeof(uint32_t) + 63; /* room to align */
 }
 
 GTAO_API size_t gtao_scratch_size(const gtao_desc *desc) {
@@ -1893,6 +1947,24 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
     }
 }
 
+/* No cell is known yet. */
+static void gtaoi_begin_cells(gtao_context *c, float *cells, uint32_t *prepared) {
+    int i;
+    c->cells_x = (c->d.width + GTAOI_CELL - 1) / GTAOI_CELL, c->cells_y = (c->d.height + GTAOI_CELL - 1) / GTAOI_CELL;
+    c->cell_pitch = gtaoi_cell_pitch(c->d.width);
+    for (i = 0; i < GTAOI_CELL_PLANES; i++)
+        c->cell[i] = cells + i * c->cell_pitch * c->cells_y;
+    memset(cells, 0, (size_t)(GTAOI_CELL_PLANES * c->cell_pitch * c->cells_y) * sizeof(float));
+    c->prepared = prepared;
+    memset(prepared, 0, (size_t)c->d.height * sizeof *prepared);
+    c->rise_min = GTAOI_RISE_MIN;
+    c->skips = GTAO_SKIP_ALL & ~c->d.no_skip;
+    if (c->cosines) /* there every sample counts, rounding and all */
+        c->skips &= (unsigned)GTAO_SKIP_SKY;
+    if (c->signal) /* open pixels too have a weight */
+        c->skips &= ~(unsigned)GTAO_SKIP_OPEN;
+}
+
 /* The whole context in scratch at `base`, where it stands first. */
 static void gtaoi_begin(const gtao_desc *desc, const gtao_output *output, const gtaoi_layout *plan, char *base,
                         gtao_context *c) {
@@ -1906,6 +1978,7 @@ static void gtaoi_begin(const gtao_desc *desc, const gtao_output *output, const 
     c->count = (int *)(void *)(base + l.count);
     c->noise = (float *)(void *)(base + l.noise);
     c->step = c->noise + 2 * 64 * (64 + GTAOI_LANES);
+    gtaoi_begin_cells(c, (float *)(void *)(base + l.cells), (uint32_t *)(void *)(base + l.prepared));
     gtaoi_fill_tables(c, plan);
     if (c->per_pixel_noise)
         gtaoi_fill_noise(c);
@@ -2044,6 +2117,16 @@ static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float 
     }
 }
 
+/* The same for a block of nothing but sky, without bent normals. */
+static void gtaoi_store_sky(const gtao_context *c, int x, int y, int n, gtao_stats *stats) {
+    float ones[4 * GTAOI_LANES], s[4][4 * GTAOI_LANES];
+    int i, skip = gtaoi_imax(c->x_begin - x, 0);
+    for (i = 0; i < n; i++)
+        ones[i] = s[0][i] = 1.0f;
+    stats->pixels += (uint64_t)n, stats->sky += (uint64_t)n, stats->sky_skipped += (uint64_t)n;
+    gtaoi_store(c, x + skip, y, gtaoi_imin(n, c->x_end - x) - skip, ones, 0, s);
+}
+
 /* 1 + ry^2 of a row's rays. */
 static float gtaoi_ry2(const gtao_context *c, int y) {
     GTAOI_NO_CONTRACT
@@ -2123,6 +2206,171 @@ static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int
             out[i].offset[k] = (int32_t)((py - y) * (int)c->pitch + ((px & (period - 1)) - phase) * c->segment +
                                          ((px - (px & (period - 1))) / period) - (x >> shift));
         }
+    }
+}
+
+/* ---- what can rise ---------------------------------------------------------------------------------------------- */
+
+/* Planes of a cell, with room for what rounding does: in themselves, and in the search, which takes a sample's height
+ * times 1 / |q| and the pixel's, and sums (three times half an ulp of each at most; between two taps, four). */
+static void gtaoi_keep_cell(const gtao_context *c, ptrdiff_t at, float w0, float gx, float gy, float up, float down) {
+    GTAOI_NO_CONTRACT
+    c->cell[GTAOI_CELL_W0][at] = w0, c->cell[GTAOI_CELL_GX][at] = gx, c->cell[GTAOI_CELL_GY][at] = gy;
+    if (up > GTAOI_CELL_NONE) {
+        float ulps = c->every_pixel ? 1.78813934e-7f : 1.1920929e-7f; /* 3 and 2 times 2^-24 */
+        float size = 0.5f * (float)GTAOI_CELL * ((gx < 0.0f ? -gx : gx) + (gy < 0.0f ? -gy : gy)), w;
+        size += (up < 0.0f ? -up : up) + (down < 0.0f ? -down : down < -GTAOI_CELL_NONE ? down : 0.0f);
+        w = ulps * ((w0 < 0.0f ? -w0 : w0) + size) + 2.3841858e-7f * size;
+        up += w, down -= w;
+    }
+    c->cell[GTAOI_CELL_UP][at] = up;
+    c->cell[GTAOI_CELL_DOWN][at] = down;
+}
+
+/* A cell of which not all pixels are there, or not all are of the first layer. */
+static void gtaoi_cell_rest(const gtao_context *c, int cx, int cy) {
+    GTAOI_NO_CONTRACT
+    const float half = 0.5f * (float)(GTAOI_CELL - 1);
+    int x_end = gtaoi_imin((cx + 1) * GTAOI_CELL, c->d.width), y_end = gtaoi_imin((cy + 1) * GTAOI_CELL, c->d.height);
+    int x, y, k, layers = c->arcs ? c->layer_count : 1, shift = c->period == 4 ? 2 : 0, nx = 0, ny = 0;
+    ptrdiff_t at = cy * c->cell_pitch + cx;
+    float w0 = 0.0f, gx = 0.0f, gy = 0.0f, up = GTAOI_CELL_NONE, down = -GTAOI_CELL_NONE;
+    float above[GTAOI_CELL], before;
+    for (k = 0; k < layers; k++) {
+        const float *plane = c->w + 2 * k * c->plane;
+        int pass;
+        for (pass = k > 0; pass < 2; pass++) { /* gradients from neighbours, then what lies above and below */
+            for (x = 0; x < GTAOI_CELL; x++)
+                above[x] = GTAOI_SKY;
+            for (y = cy * GTAOI_CELL; y < y_end; y++) {
+                before = GTAOI_SKY;
+                for (x = cx * GTAOI_CELL; x < x_end; x++) {
+                    int i = x - cx * GTAOI_CELL;
+                    float w = plane[y * c->pitch + (x & (c->period - 1)) * c->segment + GTAOI_PAD + (x >> shift)], d;
+                    if (w > GTAOI_SKY_LIMIT) {
+                        if (pass == 1) {
+                            d = (w - w0) - (gx * ((float)i - half) + gy * ((float)(y - cy * GTAOI_CELL) - half));
+                            up = gtaoi_max(up, d);
+                            if (k == 0)
+                                down = gtaoi_min(down, d);
+                        } else {
+                            w0 = w0 == 0.0f ? w : w0;
+                            if (before > GTAOI_SKY_LIMIT)
+                                gx += w - before, nx++;
+                            if (above[i] > GTAOI_SKY_LIMIT)
+                                gy += w - above[i], ny++;
+                        }
+                    }
+                    before = above[i] = w;
+                }
+            }
+            if (pass == 0)
+                gx = nx ? gx / (float)nx : 0.0f, gy = ny ? gy / (float)ny : 0.0f;
+        }
+    }
+    gtaoi_keep_cell(c, at, w0, gx, gy, up, down);
+}
+
+/* The sector of a direction, 0 .. 15: never falls as it turns from +x by +y and -x back to +x. */
+static int gtaoi_direction(float x, float y) {
+    GTAOI_NO_CONTRACT
+    const float half = 0.41421356f; /* tan(pi / 8) */
+    int k = 0;
+    float t;
+    if (y < 0.0f)
+        x = -x, y = -y, k = 8;
+    if (x <= 0.0f)
+        t = x, x = y, y = -t, k += 4;
+    if (y <= x)
+        return (k + (y > half * x)) & (GTAOI_DIRECTIONS - 1);
+    return (k + 3 - (x > half * y)) & (GTAOI_DIRECTIONS - 1);
+}
+
+/* Something may rise at distances lo .. hi in the directions from (0, 0) to the box. `all`: bounds that hold for every
+ * direction. */
+static void gtaoi_may_rise(gtaoi_tile *t, float all[2], float x0, float x1, float y0, float y1, float lo, float hi) {
+    int k, end;
+    if (y0 > 0.0f) {
+        k = x1 > 0.0f ? gtaoi_direction(x1, y0) : gtaoi_direction(x1, y1);
+        end = x0 < 0.0f ? gtaoi_direction(x0, y0) : gtaoi_direction(x0, y1);
+    } else if (y1 < 0.0f) {
+        k = x0 < 0.0f ? gtaoi_direction(x0, y1) : gtaoi_direction(x0, y0);
+        end = x1 > 0.0f ? gtaoi_direction(x1, y1) : gtaoi_direction(x1, y0);
+    } else if (x0 > 0.0f) {
+        k = gtaoi_direction(x0, y0), end = gtaoi_direction(x0, y1);
+    } else if (x1 < 0.0f) {
+        k = gtaoi_direction(x1, y1), end = gtaoi_direction(x1, y0);
+    } else { /* it holds the pixel itself */
+        all[0] = gtaoi_min(all[0], lo), all[1] = gtaoi_max(all[1], hi);
+        return;
+    }
+    for (;; k = (k + 1) & (GTAOI_DIRECTIONS - 1)) {
+        t->lo[k] = gtaoi_min(t->lo[k], lo), t->hi[k] = gtaoi_max(t->hi[k], hi);
+        if (k == end)
+            break;
+    }
+}
+
+/* The part of a list of samples that may rise: [range[0], range[1]) on the + side, to range[2] on the - side. */
+static void gtaoi_range(const gtao_context *c, const gtaoi_tile *t, int index, const gtaoi_sample *q, int n,
+                        int range[3]) {
+    GTAOI_NO_CONTRACT
+    const gtaoi_slice *s = c->slice + index;
+    int side, begin, end, mid;
+    range[0] = t ? n : 0, range[1] = range[2] = t ? 0 : n;
+    for (side = 0; t && side < 2; side++) {
+        int k = gtaoi_direction(side ? -s->dx : s->dx, side ? -s->dy : s->dy);
+        float lo = t->lo[k] * 0.99999f, hi = t->hi[k] * 1.00001f;
+        if (!(lo <= hi))
+            continue;
+        for (begin = 0, end = n; begin < end;) { /* the first that is not nearer than lo */
+            mid = (begin + end) / 2;
+            if (q[mid].inv_length * lo > 1.0f)
+                begin = mid + 1;
+            else
+                end = mid;
+        }
+        range[0] = gtaoi_imin(range[0], begin);
+        for (end = n; begin < end;) { /* the first that is farther than hi */
+            mid = (begin + end) / 2;
+            if (q[mid].inv_length * hi >= 1.0f)
+                begin = mid + 1;
+            else
+                end = mid;
+        }
+        range[1 + side] = end;
+    }
+}
+
+/* Samples begin .. n - 1 on both sides of `times` pixels, of which a range is taken. */
+static void gtaoi_count_samples(const int range[3], int begin, int n, int times, gtao_stats *stats) {
+    int from = gtaoi_imax(range[0], begin), taken;
+    taken = gtaoi_imax(gtaoi_imin(range[1], n) - from, 0) + gtaoi_imax(gtaoi_imin(range[2], n) - from, 0);
+    stats->samples += (uint64_t)(taken * times);
+    stats->samples_skipped += (uint64_t)((2 * gtaoi_imax(n - begin, 0) - taken) * times);
+}
+
+/* A tile that looks around. A sample of a cell, of height w, at offset q from a pixel of height w0 and gradient g, rises
+ * above that pixel's tangent plane by
+ *   w - w0 - g.q = (w - G.s) - (w0 - G.p) + (G - g).q <= top + slack |q|,   q = s - p,   G the tile's gradient
+ * and does not count if that is at most the floor times |q|: where top <= room |q|. */
+typedef struct gtaoi_looking {
+    float x, y, w, low;   /* the tile's origin; heights are relative to w; least w0 - G.p */
+    float x0, x1, y0, y1; /* its pixels */
+    float room, inv_room; /* floor less slack, height per pixel */
+    float radius;         /* pixels */
+    float all[2];         /* where something may rise in every direction */
+} gtaoi_looking;
+
+/* For each row of cells whether all its pixels were prepared by one call of gtao_prepare_rows, the last. */
+static void gtaoi_known_cells(const gtao_context *c, uint8_t *known) {
+    int cy, y;
+    for (cy = 0; cy < c->cells_y; cy++) {
+        int begin = cy * GTAOI_CELL, end = gtaoi_imin(begin + GTAOI_CELL, c->d.height);
+        uint32_t range = c->prepared[begin];
+        known[cy] = (int)(range >> 16) <= begin && (int)(range & 0xffffu) >= end;
+        for (y = begin + 1; y < end; y++)
+            known[cy] &= c->prepared[y] == range;
     }
 }
 
@@ -3982,6 +4230,93 @@ GTAOI_FN void GTAOI_NAME(gtaoi_backs)(const gtao_context *c, int k, int y0, int 
     }
 }
 
+/* The cells that lie in rows [y0, y1). Vectors run over pixels of one phase, whose lanes are joined at the end: the same
+ * sums whatever the width. */
+GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int y0, int y1) {
+    GTAOI_NO_CONTRACT
+    enum { WIDE = 4 * GTAOI_CELL };
+    const float half = 0.5f * (float)(GTAOI_CELL - 1);
+    int lanes = c->period == 4 ? WIDE / 4 : WIDE, per = lanes / 4, phases = c->period == 4 ? 4 : 1, x, y, cy, i, k, p,
+        r;
+    float across[WIDE];
+    for (y = y0; y < y1; y++)
+        c->prepared[y] = (uint32_t)y0 << 16 | (uint32_t)y1;
+    for (i = 0; i < lanes; i++)
+        across[i] = (float)(i % per * phases) - half;
+    for (cy = (y0 + GTAOI_CELL - 1) / GTAOI_CELL; cy < c->cells_y && cy * GTAOI_CELL < y1; cy++) {
+        int rows = gtaoi_imin(GTAOI_CELL, c->d.height - cy * GTAOI_CELL);
+        if (cy * GTAOI_CELL + rows > y1)
+            break;
+        for (x = 0; x < c->d.width; x += WIDE) {
+            float w0[WIDE], lowest[WIDE], highest[WIDE], along_x[WIDE], along_y[WIDE], up[WIDE], down[WIDE];
+            float gx[WIDE] = {0}, gy[WIDE] = {0};
+            int cells = (gtaoi_imin(WIDE, c->d.width - x) + GTAOI_CELL - 1) / GTAOI_CELL;
+            int whole = gtaoi_imin(WIDE, c->d.width - x) / GTAOI_CELL, solid[4] = {0, 0, 0, 0}, sky[4] = {0, 0, 0, 0};
+            const float *at = c->w + (ptrdiff_t)cy * GTAOI_CELL * c->pitch + GTAOI_PAD + x / c->period;
+            if (rows < GTAOI_CELL || (c->arcs && c->layer_count > 1))
+                whole = 0;
+            for (i = 0; i < whole * per; i++)
+                w0[i] = at[i - i % per];
+            for (; i < lanes; i++)
+                w0[i] = 0.0f;
+            for (i = 0; i < whole * per; i += GTAOI_W) {
+                GV base = GV_LOAD(w0 + i), least = GV_SET(FLT_MAX), most = GV_SET(-FLT_MAX), e0 = GV_LOAD(across + i);
+                GV sum_x = GV_SET(0.0f), sum_y = sum_x;
+                for (r = 0; r < GTAOI_CELL; r++) {
+                    GV row = GV_SET(0.0f);
+                    for (p = 0; p < phases; p++) {
+                        GV w = GV_LOAD(at + r * c->pitch + p * c->segment + i), d = GV_SUB(w, base);
+                        least = GV_MIN(least, w), most = GV_MAX(most, w);
+                        sum_x = GV_ADD(sum_x, GV_MUL(d, GV_ADD(e0, GV_SET((float)p))));
+                        row = GV_ADD(row, d);
+                    }
+                    sum_y = GV_ADD(sum_y, GV_MUL(row, GV_SET((float)r - half)));
+                }
+                GV_STORE(lowest + i, least), GV_STORE(highest + i, most);
+                GV_STORE(along_x + i, sum_x), GV_STORE(along_y + i, sum_y);
+            }
+            for (k = 0; k < whole; k++) { /* least squares: sum e^2 = 340 in each of 16 rows */
+                float a = 0.0f, b = 0.0f;
+                solid[k] = sky[k] = 1;
+                for (i = k * per; i < (k + 1) * per; i++) {
+                    solid[k] &= lowest[i] > GTAOI_SKY_LIMIT, sky[k] &= highest[i] <= GTAOI_SKY_LIMIT;
+                    a += along_x[i], b += along_y[i];
+                }
+                for (i = k * per; i < (k + 1) * per; i++)
+                    gx[i] = a * (1.0f / 5440.0f), gy[i] = b * (1.0f / 5440.0f);
+            }
+            for (i = 0; i < whole * per; i += GTAOI_W) {
+                GV base = GV_LOAD(w0 + i), e0 = GV_LOAD(across + i), g = GV_LOAD(gx + i), h = GV_LOAD(gy + i);
+                GV least = GV_SET(FLT_MAX), most = GV_SET(-FLT_MAX);
+                for (r = 0; r < GTAOI_CELL; r++) {
+                    GV row = GV_MUL(h, GV_SET((float)r - half));
+                    for (p = 0; p < phases; p++) {
+                        GV w = GV_LOAD(at + r * c->pitch + p * c->segment + i);
+                        GV d = GV_ADD(GV_MUL(g, GV_ADD(e0, GV_SET((float)p))), row);
+                        d = GV_SUB(GV_SUB(w, base), d);
+                        least = GV_MIN(least, d), most = GV_MAX(most, d);
+                    }
+                }
+                GV_STORE(down + i, least), GV_STORE(up + i, most);
+            }
+            for (k = 0; k < cells; k++) {
+                int cx = x / GTAOI_CELL + k;
+                ptrdiff_t to = cy * c->cell_pitch + cx;
+                if (sky[k]) {
+                    gtaoi_keep_cell(c, to, 0.0f, 0.0f, 0.0f, GTAOI_CELL_NONE, -GTAOI_CELL_NONE);
+                } else if (!solid[k]) {
+                    gtaoi_cell_rest(c, cx, cy);
+                } else {
+                    i = k * per;
+                    for (r = i + 1; r < i + per; r++)
+                        up[i] = gtaoi_max(up[i], up[r]), down[i] = gtaoi_min(down[i], down[r]);
+                    gtaoi_keep_cell(c, to, w0[i], gx[i], gy[i], up[i], down[i]);
+                }
+            }
+        }
+    }
+}
+
 GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
     int k;
     GTAOI_NAME(gtaoi_heights)(c, c->d.depth, c->d.depth_stride, c->w, y0, y1);
@@ -3991,6 +4326,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
         (c, c->layer[k].depth, c->layer[k].depth_stride, c->w + 2 * k * c->plane, y0, y1);
         GTAOI_NAME(gtaoi_backs)(c, k, y0, y1);
     }
+    if (c->skips)
+        GTAOI_NAME(gtaoi_cells)(c, y0, y1);
 }
 
 /* ---- one group of pixels ---------------------------------------------------------------------------------------- */
@@ -4256,14 +4593,16 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const GTAOI_PIXEL 
 /* One list of samples: the part of it, from `begin`, that is over the image. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_list)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                             GTAOI_HORIZONS *s, const float *at, int index, const gtaoi_sample *q,
-                                            int begin, int n, int x, int y) {
+                                            int begin, int n0, int n1, int x, int y) {
     const gtaoi_taps *near_taps = c->taps + index * GTAOI_NEAR;
-    int n0 = n, n1 = n, x1 = x + (GTAOI_W - 1) * c->period;
+    int x1 = x + (GTAOI_W - 1) * c->period, want0 = n0, want1 = n1, n = gtaoi_imax(n0, n1);
+    if (n <= begin)
+        return;
     if (!gtaoi_interior(c, q + n - 1, x, x1, y))
-        n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
+        n0 = gtaoi_reach(c, q, n0, 1, x, x1, y), n1 = gtaoi_reach(c, q, n1, -1, x, x1, y);
     /* What lies outside an open border may be left out, but for the thickness heuristic, where sky too lowers horizons.
      * */
-    if ((c->d.border == GTAO_BORDER_OPEN && c->d.thin_blend == 0.0f) || (n0 == n && n1 == n)) {
+    if ((c->d.border == GTAO_BORDER_OPEN && c->d.thin_blend == 0.0f) || (n0 == want0 && n1 == want1)) {
         GTAOI_NAME(gtaoi_search)
         (c, p, f, s, at, q + begin, gtaoi_imax(n0 - begin, 0), gtaoi_imax(n1 - begin, 0), near_taps + begin,
          GTAOI_NEAR - begin);
@@ -4273,7 +4612,9 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_list)(const gtao_context *c, const GTAOI_P
         for (; begin < n; begin += m) {
             m = gtaoi_imin(n - begin, GTAOI_CHUNK);
             gtaoi_remap(c, q + begin, m, x, y, second_along_x, moved);
-            GTAOI_NAME(gtaoi_search)(c, p, f, s, at, moved, m, m, near_taps + begin, GTAOI_NEAR - begin);
+            GTAOI_NAME(gtaoi_search)
+            (c, p, f, s, at, moved, gtaoi_imax(gtaoi_imin(m, want0 - begin), 0),
+             gtaoi_imax(gtaoi_imin(m, want1 - begin), 0), near_taps + begin, GTAOI_NEAR - begin);
         }
     }
 }
@@ -4289,9 +4630,9 @@ GTAOI_FI int GTAOI_NAME(gtaoi_first)(unsigned bits) {
 /* Search one slice of a group whose lanes share directions: lanes by radius class. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                              GTAOI_HORIZONS *s, const float *at, int index, GM active, int x, int y,
-                                             gtao_stats *stats) {
+                                             const gtaoi_tile *seen, gtao_stats *stats) {
     const int *count = c->count + (size_t)index * (size_t)c->classes;
-    int begin = 0, i, n, whole = 1;
+    int begin = 0, i, n, whole = 1, range[3];
     float keys[GTAOI_W];
     GV_STORE(keys, p->key);
     for (; GM_ANY(active); whole = 0) {
@@ -4314,13 +4655,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const GTAOI_
         } else {
             q = c->sample + ((size_t)index * (size_t)c->classes + (size_t)k) * (size_t)c->max_steps;
         }
-        stats->samples += (uint64_t)(2 * (n - begin) * gtaoi_popcount(c->every_pixel ? bits : GM_BITS(lanes)));
+        gtaoi_range(c, seen, index, q, n, range);
+        range[0] = gtaoi_imax(range[0], begin);
+        gtaoi_count_samples(range, begin, n, gtaoi_popcount(c->every_pixel ? bits : GM_BITS(lanes)), stats);
         if (whole && GM_BITS(lanes) == bits) { /* nearly always: all of one class */
-            GTAOI_NAME(gtaoi_search_list)(c, p, f, s, at, index, q, 0, n, x, y);
+            GTAOI_NAME(gtaoi_search_list)(c, p, f, s, at, index, q, range[0], range[1], range[2], x, y);
             return;
         }
         found = *s;
-        GTAOI_NAME(gtaoi_search_list)(c, p, f, &found, at, index, q, begin, n, x, y);
+        GTAOI_NAME(gtaoi_search_list)(c, p, f, &found, at, index, q, range[0], range[1], range[2], x, y);
         for (i = 0; i < 2; i++) {
             s->rise[i] = GV_SELECT(chosen, found.rise[i], s->rise[i]);
             s->cosine[i] = GV_SELECT(chosen, found.cosine[i], s->cosine[i]);
@@ -4362,15 +4705,21 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_own_rise)(const GTAOI_PIXEL *p, GV x, GV y, GV w) {
     return GV_DIV(rise, GV_SQRT(GV_ADD(GV_MUL(qx, qx), GV_MUL(qy, qy))));
 }
 
+/* Lanes whose sample at distance t may rise, whatever its direction; it may be a pixel off. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_may_matter)(const gtaoi_tile *seen, GV t) {
+    return GM_AND(GV_LE(GV_SET(0.99999f * seen->lo_all - 1.0f), t), GV_LE(t, GV_SET(1.00001f * seen->hi_all + 1.0f)));
+}
+
 /* Search one slice of a group with a direction and an offset for each pixel. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
-                                             GTAOI_HORIZONS *s, GM active, gtao_stats *stats) {
+                                             GTAOI_HORIZONS *s, GM active, const gtaoi_tile *seen, gtao_stats *stats) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
     GV ax = GV_ABS(f->dx), ay = GV_ABS(f->dy), unit = GV_MAX(ax, ay), radius, steps;
     GM along_x = GV_LE(ay, ax);
     float level[GTAOI_W], position[GTAOI_W];
     int i, j, side, n = c->max_steps, taps = c->every_pixel;
+    uint64_t left_out = 0;
     radius = GV_DIV(p->extent, GV_SQRT(f->bb));
     radius = GV_MIN(GV_MAX(radius, one), GV_SET(c->max_radius));
     steps = GV_MAX(GTAOI_NAME(gtaoi_floor)(GV_MUL(radius, unit)), one);
@@ -4385,9 +4734,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_
     } else {
         stats->samples += (uint64_t)(2 * n * gtaoi_popcount(GM_BITS(active)));
     }
+    if (seen && !(seen->lo_all <= seen->hi_all)) {
+        for (i = 0; i < GTAOI_W; i++)
+            if (GM_BITS(active) >> i & 1)
+                left_out += (uint64_t)(2 * (taps ? (int)position[i] : n));
+        n = 0;
+    }
     for (j = 0; j < n; j++) {
         GV qx, qy, inv, fraction = zero;
-        GM within = GV_LE(zero, zero);
+        GM within = GV_LE(zero, zero), rising;
         if (taps) {
             GV t = GV_DIV(GV_SET((float)(j + 1)), unit), px = GV_MUL(t, f->dx), py = GV_MUL(t, f->dy);
             within = GV_LE(GV_SET((float)(j + 1)), steps);
@@ -4395,6 +4750,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_
             qy = GV_SELECT(along_x, GTAOI_NAME(gtaoi_floor)(py), GTAOI_NAME(gtaoi_nearest)(py));
             fraction = GV_SELECT(along_x, GV_SUB(py, qy), GV_SUB(px, qx));
             inv = GV_DIV(one, t);
+            rising = seen ? GTAOI_NAME(gtaoi_may_matter)(seen, t) : within;
         } else {
             GV t;
             for (i = 0; i < GTAOI_W; i++)
@@ -4403,6 +4759,11 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_
             qx = GTAOI_NAME(gtaoi_nearest)(GV_MUL(t, f->dx));
             qy = GTAOI_NAME(gtaoi_nearest)(GV_MUL(t, f->dy));
             inv = GV_DIV(one, GV_SQRT(GV_ADD(GV_MUL(qx, qx), GV_MUL(qy, qy))));
+            rising = seen ? GTAOI_NAME(gtaoi_may_matter)(seen, t) : within;
+        }
+        if (!GM_ANY(rising)) {
+            left_out += (uint64_t)(2 * gtaoi_popcount(GM_BITS(GM_AND(active, within))));
+            continue;
         }
         for (side = 0; side < 2; side++) {
             GV x = side ? GV_SUB(p->x, qx) : GV_ADD(p->x, qx), y = side ? GV_SUB(p->y, qy) : GV_ADD(p->y, qy);
@@ -4441,6 +4802,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_
             }
         }
     }
+    stats->samples -= left_out, stats->samples_skipped += left_out;
 }
 
 /* ---- arcs: occluders with thickness ----------------------------------------------------------------------------- */
@@ -4719,12 +5081,15 @@ GTAOI_FI void GTAOI_NAME(gtaoi_begin_walk)(const GTAOI_PIXEL *p, int layer, GTAO
 /* One list of samples, all layers and both sides. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_layers)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                               GTAOI_HORIZONS *s, GTAOI_ARCS *a, const float *at, int index,
-                                              const gtaoi_sample *q, int n, GV count, int x, int y) {
+                                              const gtaoi_sample *q, const int range[3], GV count, int x, int y) {
     const gtaoi_taps *near_taps = c->taps + index * GTAOI_NEAR;
-    int x1 = x + (GTAOI_W - 1) * c->period, n0 = n, n1 = n, layer, begin, m;
-    int moves = !gtaoi_interior(c, q + n - 1, x, x1, y);
+    int x1 = x + (GTAOI_W - 1) * c->period, n0 = range[1], n1 = range[2], n = gtaoi_imax(n0, n1), layer, begin, m;
+    int start = gtaoi_imax(range[0] - 1, 0), moves; /* from the one before: surfaces may go on from it */
+    if (n <= range[0])
+        return;
+    moves = !gtaoi_interior(c, q + n - 1, x, x1, y);
     if (moves && c->d.border == GTAO_BORDER_OPEN) {
-        n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
+        n0 = gtaoi_reach(c, q, n0, 1, x, x1, y), n1 = gtaoi_reach(c, q, n1, -1, x, x1, y);
         moves = 0;
     }
     for (layer = 0; layer < c->layer_count; layer++) {
@@ -4733,13 +5098,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_layers)(const gtao_context *c, const GTAOI
         GTAOI_WALK walk;
         GTAOI_NAME(gtaoi_begin_walk)(p, layer, &walk);
         if (!moves)
-            GTAOI_NAME(gtaoi_search_columns)(c, p, f, s, a, &walk, from, q, near_taps, 0, n0, n1, count, clip);
-        for (begin = 0; moves && begin < n; begin += m) {
+            GTAOI_NAME(gtaoi_search_columns)
+        (c, p, f, s, a, &walk, from, q + start, near_taps, start, n0, n1, count, clip);
+        for (begin = start; moves && begin < n; begin += m) {
             gtaoi_sample moved[GTAOI_CHUNK];
             m = gtaoi_imin(n - begin, GTAOI_CHUNK);
             gtaoi_remap(c, q + begin, m, x, y, c->slice[index].x_major == 0, moved);
             GTAOI_NAME(gtaoi_search_columns)
-            (c, p, f, s, a, &walk, from, moved, near_taps, begin, begin + m, begin + m, count, clip);
+            (c, p, f, s, a, &walk, from, moved, near_taps, begin, gtaoi_imin(begin + m, n0), gtaoi_imin(begin + m, n1),
+             count, clip);
         }
     }
 }
@@ -4770,20 +5137,22 @@ GTAOI_FN void GTAOI_NAME(gtaoi_absorb)(GTAOI_HORIZONS *s, GTAOI_ARCS *a) {
 /* One slice of a group whose lanes share directions: lanes by radius class. */
 GTAOI_FN void GTAOI_NAME(gtaoi_arcs_table)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                            GTAOI_HORIZONS *s, GTAOI_ARCS *a, const float *at, int index, GM active,
-                                           int x, int y, gtao_stats *stats) {
+                                           int x, int y, const gtaoi_tile *seen, gtao_stats *stats) {
     const int *count = c->count + (size_t)index * (size_t)c->classes;
     const gtaoi_sample *q = c->sample + (size_t)index * (size_t)c->max_steps;
     float keys[GTAOI_W], counts[GTAOI_W];
-    int i, n, layers = c->layer_count;
+    int i, n, layers = c->layer_count, range[3];
     GV_STORE(keys, p->key);
     if (c->every_pixel) { /* one list, of which each lane has its part */
         for (n = 0, i = 0; i < GTAOI_W; i++) {
             int own = GM_BITS(active) >> i & 1 ? count[gtaoi_class(c, keys[i])] : 0;
             counts[i] = (float)own, n = gtaoi_imax(n, own);
-            stats->samples += (uint64_t)(2 * own * layers);
         }
+        gtaoi_range(c, seen, index, q, n, range);
+        for (i = 0; i < GTAOI_W; i++)
+            gtaoi_count_samples(range, 0, (int)counts[i], layers, stats);
         if (n > 0)
-            GTAOI_NAME(gtaoi_search_layers)(c, p, f, s, a, at, index, q, n, GV_LOAD(counts), x, y);
+            GTAOI_NAME(gtaoi_search_layers)(c, p, f, s, a, at, index, q, range, GV_LOAD(counts), x, y);
         active = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
     }
     while (GM_ANY(active)) {
@@ -4791,15 +5160,17 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_table)(const gtao_context *c, const GTAOI_PI
         GM lanes = GM_AND(active, GV_EQ(p->key, GV_SET(keys[first])));
         n = count[k];
         q = c->sample + ((size_t)index * (size_t)c->classes + (size_t)k) * (size_t)c->max_steps;
-        stats->samples += (uint64_t)(2 * n * layers * gtaoi_popcount(GM_BITS(lanes)));
-        GTAOI_NAME(gtaoi_search_layers)(c, p, f, s, a, at, index, q, n, GV_IF(lanes, GV_SET((float)n)), x, y);
+        gtaoi_range(c, seen, index, q, n, range);
+        gtaoi_count_samples(range, 0, n, layers * gtaoi_popcount(GM_BITS(lanes)), stats);
+        GTAOI_NAME(gtaoi_search_layers)(c, p, f, s, a, at, index, q, range, GV_IF(lanes, GV_SET((float)n)), x, y);
         active = GM_ANDNOT(active, lanes);
     }
 }
 
 /* One slice of a group with a direction and an offset for each pixel. */
 GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
-                                           GTAOI_HORIZONS *s, GTAOI_ARCS *a, GM active, gtao_stats *stats) {
+                                           GTAOI_HORIZONS *s, GTAOI_ARCS *a, GM active, const gtaoi_tile *seen,
+                                           gtao_stats *stats) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(1e6f);
     GV unit = GV_MAX(GV_ABS(f->dx), GV_ABS(f->dy)), radius, steps = GV_SET((float)c->max_steps);
@@ -4812,6 +5183,11 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PI
         steps = GV_MAX(GTAOI_NAME(gtaoi_floor)(GV_MUL(radius, unit)), one);
     steps = GV_IF(active, GV_MIN(steps, limit));
     GV_STORE(position, steps);
+    if (seen && seen->open) {
+        for (i = 0; i < GTAOI_W; i++)
+            stats->samples_skipped += (uint64_t)(2 * (int)position[i] * c->layer_count);
+        return;
+    }
     for (n = 0, i = 0; i < GTAOI_W; i++) {
         n = gtaoi_imax(n, (int)position[i]);
         stats->samples += (uint64_t)(2 * (int)position[i] * c->layer_count);
@@ -4876,12 +5252,12 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PI
 
 GTAOI_FN void GTAOI_NAME(gtaoi_search_arcs)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                             GTAOI_HORIZONS *s, GTAOI_ARCS *a, const float *at, int index, int k,
-                                            GM active, int x, int y, gtao_stats *stats) {
+                                            GM active, int x, int y, const gtaoi_tile *seen, gtao_stats *stats) {
     GTAOI_NAME(gtaoi_begin_slice_arcs)(c, p, f, k, a);
     if (c->per_pixel_noise)
-        GTAOI_NAME(gtaoi_arcs_noise)(c, p, f, s, a, active, stats);
+        GTAOI_NAME(gtaoi_arcs_noise)(c, p, f, s, a, active, seen, stats);
     else
-        GTAOI_NAME(gtaoi_arcs_table)(c, p, f, s, a, at, index, active, x, y, stats);
+        GTAOI_NAME(gtaoi_arcs_table)(c, p, f, s, a, at, index, active, x, y, seen, stats);
     GTAOI_NAME(gtaoi_absorb)(s, a);
 }
 
@@ -5472,7 +5848,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slice)(const gtao_context *c, const GTAOI_PIXEL *
     f->kappa_tangent = GV_SUB(zero, tangent);
     f->kappa_scale = GV_MUL(GV_MUL(p->len, p->inv_w0), f->inv_perp);
     f->reach = GV_MUL(GV_SET(c->reach), f->inv_perp);
-    f->floor = GV_MUL(GV_MUL(perp, GV_SET(GTAOI_RISE_MIN)), c->orthographic ? one : GV_MUL(p->w0, p->inv_len));
+    f->floor = GV_MUL(GV_MUL(perp, GV_SET(c->rise_min)), c->orthographic ? one : GV_MUL(p->w0, p->inv_len));
     f->cos_tangent = s->cosine[0] = s->cosine[1] = zero;
     if (c->cosines || c->inv_falloff > 0.0f) {
         GV cos_n = GV_DIV(one, GV_SQRT(GV_ADD(one, GV_MUL(tangent, tangent))));
@@ -5928,9 +6304,210 @@ GTAOI_FN void GTAOI_NAME(gtaoi_add_far)(const gtao_context *c, const GTAOI_PIXEL
     }
 }
 
+/* ---- what can rise: tiles --------------------------------------------------------------------------------------- */
+
+/* Cells [cx, cx_end) of row cy, moved by (shift_x, shift_y) pixels, as a tile sees them. */
+GTAOI_FN void GTAOI_NAME(gtaoi_look_at)(const gtao_context *c, gtaoi_tile *t, gtaoi_looking *l, int cx, int cx_end,
+                                        int cy, float shift_x, float shift_y) {
+    GTAOI_NO_CONTRACT
+    const float half = 0.5f * (float)(GTAOI_CELL - 1), last = (float)(GTAOI_CELL - 1),
+                taps = c->every_pixel ? 2.0f : 0.0f;
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    const float y = (float)(cy * GTAOI_CELL) + shift_y;
+    const float gap_y = gtaoi_max(gtaoi_max(y - l->y1, l->y0 - (y + last)), 0.0f);
+    const GV gx = GV_SET(t->gx), gy = GV_SET(t->gy), along_y = GV_SET(t->gy * (y + half - l->y));
+    for (; cx < cx_end; cx += GTAOI_W) {
+        ptrdiff_t at = cy * c->cell_pitch + cx;
+        GV x = GV_ADD(GV_SET((float)(cx * GTAOI_CELL) + shift_x),
+                      GV_MUL(GTAOI_NAME(gtaoi_iota)(), GV_SET((float)GTAOI_CELL)));
+        GV gap = GV_MAX(GV_MAX(GV_SUB(x, GV_SET(l->x1)), GV_SUB(GV_SET(l->x0 - last), x)), zero);
+        GV distance = GV_SQRT(GV_ADD(GV_MUL(gap, gap), GV_SET(gap_y * gap_y)));
+        GV w = GV_SUB(GV_LOAD(c->cell[GTAOI_CELL_W0] + at), GV_SET(l->w));
+        GV along_x = GV_MUL(gx, GV_SUB(x, GV_SET(l->x - half))), up = GV_LOAD(c->cell[GTAOI_CELL_UP] + at), top, size;
+        GV turn = GV_ADD(GV_ABS(GV_SUB(GV_LOAD(c->cell[GTAOI_CELL_GX] + at), gx)),
+                         GV_ABS(GV_SUB(GV_LOAD(c->cell[GTAOI_CELL_GY] + at), gy)));
+        GM closed;
+        unsigned bits;
+        turn = GV_MUL(turn, GV_SET(half));
+        size = GV_ADD(GV_ADD(GV_ABS(w), turn), GV_ADD(GV_ABS(along_x), GV_ABS(along_y)));
+        top = GV_ADD(GV_SUB(w, GV_ADD(along_x, along_y)), GV_ADD(turn, GV_SUB(up, GV_SET(l->low))));
+        size = GV_ADD(size, GV_ADD(GV_ABS(up), GV_SET(l->low < 0.0f ? -l->low : l->low)));
+        top = GV_ADD(top, GV_MUL(size, GV_SET(2.9802322e-7f))); /* rounding of the above: 5 times 2^-24 */
+        distance = GV_MAX(GV_SUB(distance, GV_SET(taps)), one);
+        closed = GM_OR(GV_LE(top, GV_MUL(GV_SET(l->room), distance)), GV_LT(GV_SET(l->radius), distance));
+        bits = GTAOI_ALL & ~GM_BITS(closed);
+        if (cx_end - cx < GTAOI_W)
+            bits &= (1u << (cx_end - cx)) - 1u;
+        if (bits) {
+            float tops[GTAOI_W], nearest[GTAOI_W];
+            GV_STORE(tops, top), GV_STORE(nearest, distance);
+            for (; bits; bits &= bits - 1u) {
+                int i = gtaoi_lowest(bits);
+                float left = (float)((cx + i) * GTAOI_CELL) + shift_x, x0 = left - l->x1, x1 = left + last - l->x0;
+                float y0 = y - l->y1, y1 = y + last - l->y0, farthest = l->radius, enough = tops[i] * l->inv_room;
+                if (enough < farthest)
+                    farthest = enough;
+                gtaoi_may_rise(t, l->all, x0 - 2.0f, x1 + 2.0f, y0 - 2.0f, y1 + 2.0f, nearest[i], farthest);
+            }
+        }
+    }
+}
+
+/* A tile of 64x16 pixels from (x, y) on: finds a plane close below its pixels, and what may rise above it around. */
+GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known, unsigned skips, int x, int y,
+                                     gtaoi_tile *t) {
+    GTAOI_NO_CONTRACT
+    const float half = 0.5f * (float)(GTAOI_CELL - 1), inf = (float)HUGE_VAL;
+    const float *w0 = c->cell[GTAOI_CELL_W0], *gx = c->cell[GTAOI_CELL_GX], *gy = c->cell[GTAOI_CELL_GY],
+                *up = c->cell[GTAOI_CELL_UP], *down = c->cell[GTAOI_CELL_DOWN];
+    int cx = x / GTAOI_CELL, cx_end = gtaoi_imin(cx + 4, c->cells_x), cy = y / GTAOI_CELL, i, n = 0, first = -1, far_y,
+        far_x;
+    int w = c->d.width, h = c->d.height, kx, ky, kx1 = 0, ky1 = 0, reach_y, wrap = c->d.border == GTAO_BORDER_WRAP;
+    ptrdiff_t row = cy * c->cell_pitch;
+    float nearest = -FLT_MAX, farthest = FLT_MAX, bottom = -FLT_MAX, len2 = 1.0f, len2_min = 1.0f, floor_, size, extent;
+    gtaoi_looking l;
+    t->sky = t->known = t->open = 0;
+    t->gx = t->gy = t->slack = 0.0f;
+    if (!known[cy])
+        return;
+    for (i = cx; i < cx_end; i++)
+        if (down[row + i] < 0.5f * -GTAOI_CELL_NONE)
+            t->gx += gx[row + i], t->gy += gy[row + i], n++, first = first < 0 ? i : first;
+    t->sky = n == 0;
+    if (n == 0 || !(skips & (GTAO_SKIP_OPEN | GTAO_SKIP_SECTORS)))
+        return;
+    t->gx /= (float)n, t->gy /= (float)n;
+    l.w = w0[row + first], l.x = (float)(first * GTAOI_CELL) + half, l.y = (float)(cy * GTAOI_CELL) + half;
+    l.x0 = (float)x, l.x1 = (float)gtaoi_imin(x + 63, w - 1);
+    l.y0 = (float)y, l.y1 = (float)gtaoi_imin(y + GTAOI_CELL - 1, h - 1);
+    l.low = FLT_MAX;
+    for (i = cx; i < cx_end; i++) {
+        ptrdiff_t at = row + i;
+        float ax = gx[at] - t->gx, ay = gy[at] - t->gy, along = t->gx * (float)((i - first) * GTAOI_CELL), d;
+        if (!(down[at] < 0.5f * -GTAOI_CELL_NONE))
+            continue;
+        ax = ax < 0.0f ? -ax : ax, ay = ay < 0.0f ? -ay : ay;
+        d = w0[at] - l.w;
+        size = (d < 0.0f ? -d : d) + (along < 0.0f ? -along : along) + half * (ax + ay);
+        d = ((d - along) - half * (ax + ay)) + down[at] - 2.9802322e-7f * size;
+        l.low = gtaoi_min(l.low, d);
+        bottom = gtaoi_max(bottom, d - down[at] + up[at]);
+        size = half * ((gx[at] < 0.0f ? -gx[at] : gx[at]) + (gy[at] < 0.0f ? -gy[at] : gy[at]));
+        nearest = gtaoi_max(nearest, w0[at] + size + up[at]);
+        farthest = gtaoi_min(farthest, w0[at] - size + down[at]);
+    }
+    /* The floor of gtaoi_slice, floor = rise_min |b_perp| w0 / |r0|, from below: |b_perp| >= |b| / |r0|. */
+    if (!c->orthographic) {
+        float ax = ((l.x0 + 0.5f) - c->cx) * c->bx1, bx = ((l.x1 + 0.5f) - c->cx) * c->bx1;
+        float ay = ((l.y0 + 0.5f) - c->cy) * c->by1, by = ((l.y1 + 0.5f) - c->cy) * c->by1;
+        len2 = 1.0f + gtaoi_max(ax * ax, bx * bx) + gtaoi_max(ay * ay, by * by);
+        len2_min = 1.0f + (ax * bx > 0.0f ? gtaoi_min(ax * ax, bx * bx) : 0.0f) +
+                   (ay * by > 0.0f ? gtaoi_min(ay * ay, by * by) : 0.0f);
+        if (!(len2 < 256.0f))
+            return;
+    }
+    floor_ = 0.999f * c->rise_min * gtaoi_min(c->bx1, c->by1) * (c->orthographic ? 1.0f : farthest / len2);
+    t->slack = 0.25f * floor_;
+    size = (t->gx < 0.0f ? -t->gx : t->gx) + (t->gy < 0.0f ? -t->gy : t->gy);
+    l.room = 0.749f * floor_ - 3.8146973e-6f * (size + t->slack); /* 64 times 2^-24: rounding of g.q */
+    l.inv_room = 1.001f / l.room;
+    if (!(l.room > 0.0f && l.inv_room < FLT_MAX && bottom - l.low < 16.0f * l.room))
+        return;
+    /* How far the search goes, in pixels: classes are rounded up by a quarter at most. */
+    extent = c->extent_max;
+    if (c->orthographic) {
+        extent = c->reach;
+    } else if (c->bounded && !c->every_pixel) {
+        extent = nearest * sqrtf(len2) * c->reach;
+    } else if (c->bounded) { /* gtaoi_setup */
+        float sine = nearest * c->reach / sqrtf(len2_min), tangent = sine / sqrtf(1.0f - sine * sine), room;
+        room = 1.0f / sqrtf(len2) - tangent * sqrtf(1.0f - 1.0f / len2);
+        if (sine < 1.0f && room > 0.0f)
+            extent = sqrtf(len2) * tangent / room;
+    }
+    l.radius = extent * 1.26f / gtaoi_min(c->bx1, c->by1) + 2.0f;
+    if (!(l.radius < c->max_radius + 2.0f))
+        l.radius = c->max_radius + 2.0f;
+    if (c->pass)
+        l.radius = gtaoi_min(l.radius, (float)GTAO_SWEEP_NEAR * 1.5f + 2.0f);
+    /* Worth it? A cell costs about as much as three samples of a group. */
+    size = (2.0f * l.radius + 64.0f) * (2.0f * l.radius + 16.0f) / (float)(GTAOI_CELL * GTAOI_CELL);
+    if (size > 48.0f * 2.0f * (float)c->slices * (c->every_pixel ? l.radius : (float)c->max_steps))
+        return;
+    for (i = 0; i < GTAOI_DIRECTIONS; i++)
+        t->lo[i] = inf, t->hi[i] = 0.0f;
+    l.all[0] = inf, l.all[1] = 0.0f;
+    far_x = far_y = (int)l.radius + 1;
+    if (wrap) {
+        kx1 = (x + 63 + far_x) / w, ky1 = (y + GTAOI_CELL - 1 + far_y) / h;
+    }
+    for (ky = wrap ? -((far_y - y + h - 1) / h) : 0; ky <= ky1; ky++) {
+        int begin = gtaoi_imax(y - far_y - ky * h, 0) / GTAOI_CELL;
+        int end = gtaoi_imin(y + GTAOI_CELL + far_y - ky * h, h);
+        for (i = begin; i * GTAOI_CELL < end; i++) {
+            float top = (float)(i * GTAOI_CELL + ky * h), gap;
+            gap = gtaoi_max(gtaoi_max(top - l.y1, l.y0 - (top + 2.0f * half)), 0.0f);
+            reach_y = gap < l.radius ? (int)sqrtf(l.radius * l.radius - gap * gap) + 2 : 2;
+            for (kx = wrap ? -((reach_y - x + w - 1) / w) : 0; kx <= kx1; kx++) {
+                int from = gtaoi_imax(x - reach_y - kx * w, 0) / GTAOI_CELL;
+                int to = gtaoi_imin(x + 64 + reach_y - kx * w, w);
+                to = (to + GTAOI_CELL - 1) / GTAOI_CELL;
+                if (from >= to)
+                    continue;
+                if (known[i])
+                    GTAOI_NAME(gtaoi_look_at)(c, t, &l, from, to, i, (float)(kx * w), (float)(ky * h));
+                else
+                    gtaoi_may_rise(t, l.all, (float)(from * GTAOI_CELL + kx * w) - l.x1 - 2.0f,
+                                   (float)(to * GTAOI_CELL + kx * w) - l.x0 + 2.0f, top - l.y1 - 2.0f,
+                                   top + 2.0f * half - l.y0 + 2.0f, gtaoi_max(gap - 2.0f, 1.0f), l.radius);
+            }
+        }
+    }
+    if (c->d.border == GTAO_BORDER_CLAMP) { /* what lies beyond the image is level, and may rise above a slope */
+        float r = l.radius + 2.0f, left = l.x0 + 1.0f, right = (float)w - l.x1, above = l.y0 + 1.0f,
+              below = (float)h - l.y1;
+        if (left < r)
+            gtaoi_may_rise(t, l.all, -r, -left + 66.0f, -r, r, gtaoi_max(left - 2.0f, 1.0f), l.radius);
+        if (right < r)
+            gtaoi_may_rise(t, l.all, right - 66.0f, r, -r, r, gtaoi_max(right - 2.0f, 1.0f), l.radius);
+        if (above < r)
+            gtaoi_may_rise(t, l.all, -r, r, -r, -above + 18.0f, gtaoi_max(above - 2.0f, 1.0f), l.radius);
+        if (below < r)
+            gtaoi_may_rise(t, l.all, -r, r, below - 18.0f, r, gtaoi_max(below - 2.0f, 1.0f), l.radius);
+    }
+    t->known = 1;
+    t->lo_all = l.all[0], t->hi_all = l.all[1];
+    for (i = 0; i < GTAOI_DIRECTIONS; i++) {
+        t->lo[i] = gtaoi_min(t->lo[i], l.all[0]), t->hi[i] = gtaoi_max(t->hi[i], l.all[1]);
+        t->lo_all = gtaoi_min(t->lo_all, t->lo[i]), t->hi_all = gtaoi_max(t->hi_all, t->hi[i]);
+    }
+    t->open = !(t->lo_all <= t->hi_all);
+}
+
+/* Which pixels of a group remain to be computed; in *seen what their search may leave out: null if nothing. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_open_group)(const GTAOI_PIXEL *p, GM active, const gtaoi_tile *t, unsigned skips,
+                                         const gtaoi_tile **seen, gtao_stats *stats) {
+    GTAOI_NO_CONTRACT
+    GV turn;
+    *seen = 0;
+    if (!t->known)
+        return active;
+    turn = GV_ADD(GV_ABS(GV_SUB(p->gx, GV_SET(t->gx))), GV_ABS(GV_SUB(p->gy, GV_SET(t->gy))));
+    if (GM_ANY(GM_ANDNOT(active, GV_LE(turn, GV_SET(t->slack)))))
+        return active;
+    if (t->open && (skips & GTAO_SKIP_OPEN)) {
+        stats->open += (uint64_t)gtaoi_popcount(GM_BITS(active));
+        return GV_LT(GV_SET(1.0f), GV_SET(0.0f));
+    }
+    if (skips & GTAO_SKIP_SECTORS)
+        *seen = t;
+    return active;
+}
+
 /* Stage by stage over blocks of four groups, so that the stages' long dependency chains overlap. The groups are the
  * phases of one stretch of a row, or, if all directions are alike or each pixel has its own, follow one another. */
-GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1, gtao_stats *stats) {
+GTAOI_FN void GTAOI_NAME(gtaoi_rows)(const gtao_context *c, int y0, int y1, int x_from, int x_to,
+                                     const gtaoi_tile *tiles, unsigned skips, gtao_stats *stats) {
     enum { BLOCK = 4 * GTAOI_W };
     const gtao_desc *d = &c->d;
     int x0, y, i, g, k, period = c->period, step = period == 4 ? 1 : GTAOI_W, components = d->normal_components;
@@ -5938,7 +6515,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
         const char *normals = d->normals ? (const char *)d->normals + (ptrdiff_t)y * d->normal_stride : 0;
         const uint8_t *mask = d->mask ? d->mask + (ptrdiff_t)y * d->mask_stride : 0;
         const float *row = gtaoi_row(c, y);
-        for (x0 = c->x_begin & ~63; x0 < c->x_end; x0 += BLOCK) {
+        for (x0 = x_from; x0 < x_to; x0 += BLOCK) {
             float wanted[BLOCK], image_v[BLOCK], image_b[3 * BLOCK], image_s[4][4 * GTAOI_LANES];
             const float *at[4];
             GV n[12], v[4], b[12], s[16]; /* normals, bent normals: [group][component]; signal: [plane][group] */
@@ -5946,12 +6523,17 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
             GTAOI_SUM sum[4];
             GTAOI_MOMENTS moments[4];
             GM active[4];
+            const gtaoi_tile *tile = &tiles[(x0 - x_from) >> 6], *seen[4];
             int count = gtaoi_imin(BLOCK, d->width - x0), j, partial = mask || count < BLOCK;
             if (c->frame && gtaoi_at_rest(c->frame, x0 / GTAOI_TILE_W, y / GTAOI_TILE_H, 2)) {
                 stats->unchanged += (uint64_t)count;
                 continue;
             }
             int groups = period == 4 ? 4 : (count + GTAOI_W - 1) / GTAOI_W, any = 0;
+            if (tile->sky && (skips & GTAO_SKIP_SKY) && !c->bent) {
+                gtaoi_store_sky(c, x0, y, count, stats);
+                continue;
+            }
             if (partial) {
                 for (g = 0; g < groups; g++)
                     for (i = 0, j = g * step; i < GTAOI_W; i++, j += period)
@@ -5976,6 +6558,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 at[g] = row + GTAOI_PAD + (period == 4 ? g * c->segment + x0 / 4 : x0 + g * GTAOI_W);
                 active[g] = GTAOI_NAME(gtaoi_setup)(c, &pixel[g], at[g], x0 + g * step, y, want,
                                                     normals ? n + 3 * g : 0, stats);
+                active[g] = GTAOI_NAME(gtaoi_open_group)(&pixel[g], active[g], tile, skips, &seen[g], stats);
                 any |= GM_ANY(active[g]);
                 sum[g].visible = sum[g].open = sum[g].bx = sum[g].by = sum[g].bz = sum[g].bv = GV_SET(0.0f);
                 sum[g].jacobian_open = GV_SET(0.0f);
@@ -6002,17 +6585,17 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 for (g = c->arcs ? groups : 0; g < groups; g++)
                     if (GM_ANY(active[g])) {
                         if (c->per_pixel_noise)
-                            GTAOI_NAME(gtaoi_search_noise)(c, &pixel[g], &frame[g], &found[g], active[g], stats);
-                        else
-                            GTAOI_NAME(gtaoi_search_table)
-                        (c, &pixel[g], &frame[g], &found[g], at[g], first + g * stride, active[g], x0 + g * step, y,
-                         stats);
+                            GTAOI_NAME(gtaoi_search_noise)
+                        (c, &pixel[g], &frame[g], &found[g], active[g], seen[g], stats);
+                        else GTAOI_NAME(gtaoi_search_table)(c, &pixel[g], &frame[g], &found[g], at[g],
+                                                            first + g * stride, active[g], x0 + g * step, y, seen[g],
+                                                            stats);
                     }
                 for (g = c->arcs ? 0 : groups; g < groups; g++)
                     if (GM_ANY(active[g]))
                         GTAOI_NAME(gtaoi_search_arcs)
                 (c, &pixel[g], &frame[g], &found[g], &arcs[g], at[g], first + g * stride, k, active[g], x0 + g * step,
-                 y, stats);
+                 y, seen[g], stats);
                 if (c->pass)
                     GTAOI_NAME(gtaoi_add_far)(c, pixel, frame, found, active, groups, k, x0, y);
                 for (g = 0; g < groups; g++)
@@ -6067,6 +6650,31 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
             j = gtaoi_imax(c->x_begin - x0, 0), count = gtaoi_imin(count, c->x_end - x0);
             if (j < count)
                 gtaoi_store(c, x0 + j, y, count - j, image_v + j, image_b + 3 * j, image_s);
+        }
+    }
+}
+
+/* Strips of rows, in stretches of tiles: first what can rise in them, then row by row. */
+GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1, gtao_stats *stats) {
+    gtaoi_tile tiles[GTAOI_SPAN];
+    uint8_t known[32768 / GTAOI_CELL];
+    unsigned skips = c->skips;
+    int x, y, i, end, right;
+    memset(tiles, 0, sizeof tiles);
+    if (c->pass) /* far horizons join: only samples can be left out */
+        skips &= c->pass->tilt_x ? 0u : (unsigned)GTAO_SKIP_SECTORS;
+    if (skips)
+        gtaoi_known_cells(c, known);
+    for (y = y0; y < y1; y = end) {
+        int worth_it = skips != 0;
+        end = gtaoi_imin((y / GTAOI_CELL + 1) * GTAOI_CELL, y1);
+        if (end - y < GTAOI_CELL / 4 && end < c->d.height) /* a few rows do not pay for it */
+            worth_it = 0, memset(tiles, 0, sizeof tiles);
+        for (x = c->x_begin & ~63; x < c->x_end; x = right) {
+            right = gtaoi_imin(x + 64 * GTAOI_SPAN, c->x_end);
+            for (i = 0; worth_it && x + 64 * i < right; i++)
+                GTAOI_NAME(gtaoi_look)(c, known, skips, x + 64 * i, y - y % GTAOI_CELL, &tiles[i]);
+            GTAOI_NAME(gtaoi_rows)(c, y, end, x, right, tiles, skips, stats);
         }
     }
 }
