@@ -814,6 +814,9 @@ GTAOI_INLINE float gtaoi_min(float a, float b) {
 GTAOI_INLINE float gtaoi_clamp(float x, float lo, float hi) {
     return gtaoi_min(gtaoi_max(x, lo), hi);
 }
+GTAOI_INLINE float gtaoi_abs(float a) {
+    return a < 0.0f ? -a : a;
+}
 GTAOI_INLINE int gtaoi_imin(int a, int b) {
     return a < b ? a : b;
 }
@@ -2215,14 +2218,19 @@ static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int
  * times 1 / |q| and the pixel's, and sums (three times half an ulp of each at most; between two taps, four). */
 static void gtaoi_keep_cell(const gtao_context *c, ptrdiff_t at, float w0, float gx, float gy, float up, float down) {
     GTAOI_NO_CONTRACT
-    c->cell[GTAOI_CELL_W0][at] = w0, c->cell[GTAOI_CELL_GX][at] = gx, c->cell[GTAOI_CELL_GY][at] = gy;
     if (up > GTAOI_CELL_NONE) {
         float ulps = c->every_pixel ? 1.78813934e-7f : 1.1920929e-7f; /* 3 and 2 times 2^-24 */
-        float size = 0.5f * (float)GTAOI_CELL * ((gx < 0.0f ? -gx : gx) + (gy < 0.0f ? -gy : gy)), w;
-        size += (up < 0.0f ? -up : up) + (down < 0.0f ? -down : down < -GTAOI_CELL_NONE ? down : 0.0f);
-        w = ulps * ((w0 < 0.0f ? -w0 : w0) + size) + 2.3841858e-7f * size;
-        up += w, down -= w;
+        float size = 0.5f * (float)GTAOI_CELL * (gtaoi_abs(gx) + gtaoi_abs(gy)), centre = w0, shift, room;
+        int solid = down < 0.5f * -GTAOI_CELL_NONE;
+        if (solid)
+            centre += 0.5f * (up + down);
+        shift = centre - w0, w0 = centre;
+        up -= shift, down -= shift;
+        size += gtaoi_abs(shift) + gtaoi_abs(up) + (solid ? gtaoi_abs(down) : 0.0f);
+        room = ulps * (gtaoi_abs(w0) + size) + 2.3841858e-7f * size;
+        up += room, down -= room;
     }
+    c->cell[GTAOI_CELL_W0][at] = w0, c->cell[GTAOI_CELL_GX][at] = gx, c->cell[GTAOI_CELL_GY][at] = gy;
     c->cell[GTAOI_CELL_UP][at] = up;
     c->cell[GTAOI_CELL_DOWN][at] = down;
 }
@@ -2359,6 +2367,7 @@ typedef struct gtaoi_looking {
     float x0, x1, y0, y1; /* its pixels */
     float room, inv_room; /* floor less slack, height per pixel */
     float radius;         /* pixels */
+    float behind, before; /* heights beyond which the radius does not reach */
     float all[2];         /* where something may rise in every direction */
 } gtaoi_looking;
 
@@ -6331,10 +6340,18 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look_at)(const gtao_context *c, gtaoi_tile *t, gt
         turn = GV_MUL(turn, GV_SET(half));
         size = GV_ADD(GV_ADD(GV_ABS(w), turn), GV_ADD(GV_ABS(along_x), GV_ABS(along_y)));
         top = GV_ADD(GV_SUB(w, GV_ADD(along_x, along_y)), GV_ADD(turn, GV_SUB(up, GV_SET(l->low))));
-        size = GV_ADD(size, GV_ADD(GV_ABS(up), GV_SET(l->low < 0.0f ? -l->low : l->low)));
+        size = GV_ADD(size, GV_ADD(GV_ABS(up), GV_SET(gtaoi_abs(l->low))));
         top = GV_ADD(top, GV_MUL(size, GV_SET(2.9802322e-7f))); /* rounding of the above: 5 times 2^-24 */
         distance = GV_MAX(GV_SUB(distance, GV_SET(taps)), one);
         closed = GM_OR(GV_LE(top, GV_MUL(GV_SET(l->room), distance)), GV_LT(GV_SET(l->radius), distance));
+        /* all of it farther behind, or in front, than the radius */
+        w = GV_LOAD(c->cell[GTAOI_CELL_W0] + at);
+        turn =
+            GV_MUL(GV_ADD(GV_ABS(GV_LOAD(c->cell[GTAOI_CELL_GX] + at)), GV_ABS(GV_LOAD(c->cell[GTAOI_CELL_GY] + at))),
+                   GV_SET(half));
+        closed = GM_OR(closed, GV_LT(GV_ADD(GV_ADD(w, turn), up), GV_SET(l->behind)));
+        closed =
+            GM_OR(closed, GV_LT(GV_SET(l->before), GV_ADD(GV_SUB(w, turn), GV_LOAD(c->cell[GTAOI_CELL_DOWN] + at))));
         bits = GTAOI_ALL & ~GM_BITS(closed);
         if (cx_end - cx < GTAOI_W)
             bits &= (1u << (cx_end - cx)) - 1u;
@@ -6386,13 +6403,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known
         float ax = gx[at] - t->gx, ay = gy[at] - t->gy, along = t->gx * (float)((i - first) * GTAOI_CELL), d;
         if (!(down[at] < 0.5f * -GTAOI_CELL_NONE))
             continue;
-        ax = ax < 0.0f ? -ax : ax, ay = ay < 0.0f ? -ay : ay;
+        ax = gtaoi_abs(ax), ay = gtaoi_abs(ay);
         d = w0[at] - l.w;
-        size = (d < 0.0f ? -d : d) + (along < 0.0f ? -along : along) + half * (ax + ay);
+        size = gtaoi_abs(d) + gtaoi_abs(along) + half * (ax + ay) + gtaoi_abs(down[at]);
         d = ((d - along) - half * (ax + ay)) + down[at] - 2.9802322e-7f * size;
         l.low = gtaoi_min(l.low, d);
         bottom = gtaoi_max(bottom, d - down[at] + up[at]);
-        size = half * ((gx[at] < 0.0f ? -gx[at] : gx[at]) + (gy[at] < 0.0f ? -gy[at] : gy[at]));
+        size = half * (gtaoi_abs(gx[at]) + gtaoi_abs(gy[at]));
         nearest = gtaoi_max(nearest, w0[at] + size + up[at]);
         farthest = gtaoi_min(farthest, w0[at] - size + down[at]);
     }
@@ -6407,9 +6424,9 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known
             return;
     }
     floor_ = 0.999f * c->rise_min * gtaoi_min(c->bx1, c->by1) * (c->orthographic ? 1.0f : farthest / len2);
-    t->slack = 0.25f * floor_;
-    size = (t->gx < 0.0f ? -t->gx : t->gx) + (t->gy < 0.0f ? -t->gy : t->gy);
-    l.room = 0.749f * floor_ - 3.8146973e-6f * (size + t->slack); /* 64 times 2^-24: rounding of g.q */
+    t->slack = (c->d.normals ? 0.125f : 0.25f) * floor_; /* derived normals have the noise of depth */
+    size = gtaoi_abs(t->gx) + gtaoi_abs(t->gy);
+    l.room = 0.999f * floor_ - t->slack - 3.8146973e-6f * (size + t->slack); /* 64 times 2^-24: rounding of g.q */
     l.inv_room = 1.001f / l.room;
     if (!(l.room > 0.0f && l.inv_room < FLT_MAX && bottom - l.low < 16.0f * l.room))
         return;
@@ -6430,9 +6447,18 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known
         l.radius = c->max_radius + 2.0f;
     if (c->pass)
         l.radius = gtaoi_min(l.radius, (float)GTAO_SWEEP_NEAR * 1.5f + 2.0f);
+    l.behind = -FLT_MAX, l.before = FLT_MAX;
+    if (c->bounded && size < 500.0f * gtaoi_min(c->bx1, c->by1) * (c->orthographic ? 1.0f : farthest)) {
+        float reach = 1.01f * c->reach;
+        l.behind = c->orthographic ? farthest - reach : 1.0f / (1.0f / farthest + reach);
+        if (!(c->arcs && (c->clip || c->layer_count > 1)))
+            l.before = c->orthographic          ? nearest + reach
+                       : 1.0f / nearest > reach ? 1.0f / (1.0f / nearest - reach)
+                                                : FLT_MAX;
+    }
     /* Worth it? A cell costs about as much as three samples of a group. */
     size = (2.0f * l.radius + 64.0f) * (2.0f * l.radius + 16.0f) / (float)(GTAOI_CELL * GTAOI_CELL);
-    if (size > 48.0f * 2.0f * (float)c->slices * (c->every_pixel ? l.radius : (float)c->max_steps))
+    if (size > 96.0f * 2.0f * (float)c->slices * (c->every_pixel ? l.radius : (float)c->max_steps))
         return;
     for (i = 0; i < GTAOI_DIRECTIONS; i++)
         t->lo[i] = inf, t->hi[i] = 0.0f;
