@@ -47,7 +47,7 @@ static void world_random(world *s, uint32_t *state) {
     s->cx = 0.5 * s->width, s->cy = 0.5 * s->height;
     if (seed_of(state, 4) == 0)
         s->cx *= 1.5, s->cy *= 0.25;
-    s->facets = 1 + (int)seed_of(state, 4);
+    s->facets = seed_of(state, 2) ? 1 : 1 + (int)seed_of(state, 4);
     for (int i = 0; i < s->facets; i++) {
         facet *f = &s->f[i];
         double tilt = seed_of(state, 3) == 0 ? 3.0 : 0.5;
@@ -225,8 +225,8 @@ static void random_scenes(void **state) {
                   100.0 * (double)total.open / (double)total.pixels,
                   100.0 * (double)total.sky_skipped / (double)total.pixels,
                   100.0 * (double)total.samples_skipped / (double)(total.samples + total.samples_skipped));
-    assert_true(total.open > total.pixels / 20 && total.sky_skipped > total.pixels / 100);
-    assert_true(total.samples_skipped > total.samples / 20);
+    assert_true(total.open > total.pixels / 50 && total.sky_skipped > total.pixels / 50);
+    assert_true(total.samples_skipped > total.samples / 30);
 }
 
 int main(int argc, char **argv) {
