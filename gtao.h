@@ -6805,6 +6805,47 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS 
     }
 }
 
+/* A whole block in an open tile: whether all its tangent planes are the tile's, told without the work of gtaoi_setup.
+ * With n.r0 < 0 and g = w0 (nx / fx, ny / fy) / n.r0, |g - G| <= slack is |w0 (nx / fx, ny / fy) - G n.r0| <= -slack n.r0;
+ * the margin is the rounding of both. */
+GTAOI_FN int GTAOI_NAME(gtaoi_block_open)(const gtao_context *c, GTAOI_GROUPS *block, gtao_stats *stats) {
+    GTAOI_NO_CONTRACT
+    const gtaoi_tile *t = block->tile;
+    const GV zero = GV_SET(0.0f), limit = GV_SET(GTAOI_SKY_LIMIT), gx = GV_SET(t->gx), gy = GV_SET(t->gy);
+    float least = 0.999f * t->slack - 9.5367432e-7f * (gtaoi_abs(t->gx) + gtaoi_abs(t->gy) + t->slack);
+    float ry = gtaoi_clamp(((float)block->y + 0.5f - c->cy) * c->by1, -GTAOI_RAY_LIMIT, GTAOI_RAY_LIMIT);
+    int g;
+    for (g = 0; g < block->groups; g++) {
+        GTAOI_PIXEL p;
+        GV w0 = GV_LOAD(block->at[g]), rr = GV_SET(1.0f), nr, off;
+        GM good = GV_LT(limit, w0), missing;
+        p.rx = p.ry = zero;
+        if (!c->orthographic) {
+            GV x = GV_SET((float)(block->x + g * block->step));
+            p.x = GV_ADD(x, GV_MUL(GTAOI_NAME(gtaoi_iota)(), GV_SET((float)c->period)));
+            p.rx = GV_MUL(GV_SUB(GV_ADD(p.x, GV_SET(0.5f)), GV_SET(c->cx)), GV_SET(c->bx1));
+            p.ry = GV_SET(ry);
+            rr = GV_ADD(GV_ADD(GV_MUL(p.rx, p.rx), GV_SET(ry * ry)), rr);
+        } else {
+            w0 = rr;
+        }
+        missing = GTAOI_NAME(gtaoi_load_normals)(c, &p, block->normals[3 * g], block->normals[3 * g + 1],
+                                                 block->normals[3 * g + 2]);
+        nr = GV_ADD(GV_ADD(GV_MUL(p.nx, p.rx), GV_MUL(p.ny, p.ry)), p.nz);
+        off = GV_ABS(GV_SUB(GV_MUL(w0, GV_MUL(p.nx, GV_SET(c->bx1))), GV_MUL(gx, nr)));
+        off = GV_ADD(off, GV_ABS(GV_SUB(GV_MUL(w0, GV_MUL(p.ny, GV_SET(c->by1))), GV_MUL(gy, nr))));
+        good = GM_ANDNOT(GM_AND(good, GV_LE(off, GV_MUL(nr, GV_SET(-least)))), missing);
+        good = GM_AND(good, GV_LT(GV_MUL(rr, GV_SET(1.01f * GTAOI_FACING_MIN * GTAOI_FACING_MIN)), GV_MUL(nr, nr)));
+        if (GM_BITS(good) != GTAOI_ALL)
+            return 0;
+        block->v[g] = GV_SET(1.0f);
+        if (c->bent)
+            block->b[3 * g] = p.nx, block->b[3 * g + 1] = p.ny, block->b[3 * g + 2] = p.nz;
+    }
+    stats->open += (uint64_t)block->count;
+    return 1;
+}
+
 /* The block's results to the caller's buffers, in image order. */
 GTAOI_FN void GTAOI_NAME(gtaoi_block_store)(const gtao_context *c, const GTAOI_GROUPS *block) {
     enum { BLOCK = 4 * GTAOI_W };
@@ -6888,7 +6929,10 @@ GTAOI_FN void GTAOI_NAME(gtaoi_rows)(const gtao_context *c, int y0, int y1, int 
                 GTAOI_PREFETCH(from + 8 * BLOCK * components, BLOCK * components);
                 GTAOI_NAME(gtaoi_read_normals)(from, components, period, count, n);
             }
-            if (c->plain)
+            if (block.tile->open && (skips & GTAO_SKIP_OPEN) && normals && !mask && count == BLOCK && !c->o.sh &&
+                GTAOI_NAME(gtaoi_block_open)(c, &block, stats))
+                ; /* nothing is left to do */
+            else if (c->plain)
                 GTAOI_NAME(gtaoi_block_plain)(c, &block, stats);
             else if (!GTAOI_NAME(gtaoi_block_any)(c, &block, stats))
                 continue;
