@@ -58,7 +58,7 @@
  *   No allocation, no globals, no I/O. The caller's scratch: 4 bytes a pixel for the height buffer (8 with thickness,
  *   and 8 for each further layer), its padding (1 KiB a row at most), and sample tables, 32 bytes for each of 16 noise
  *   phases (1 without noise) x slices x radius classes (4 an octave) x steps, or x pixels of the largest radius in
- *   every-pixel mode. 960x540, 1 slice of 8 steps: 5.3 bytes a pixel in all (tests/unit/test_api.c). gtao_frame's state:
+ *   every-pixel mode. 960x540, 1 slice of 8 steps: 5.7 bytes a pixel in all (tests/unit/test_api.c). gtao_frame's state:
  *   gtao_frame_state_size.
  *
  * THREADS
@@ -165,6 +165,7 @@ extern "C" {
     X(GTAO_ERROR_STEPS, "steps: must be 0 (from the preset) or 1..256")                                                \
     X(GTAO_ERROR_STEP_POWER, "step_power: must be 0 (default) or 0.25..8")                                             \
     X(GTAO_ERROR_THIN_BLEND, "thin_blend: must be 0..1")                                                               \
+    X(GTAO_ERROR_ALLOWED, "tolerance: must be 0..1")                                                                   \
     X(GTAO_ERROR_THICKNESS, "thickness: must not be negative or NaN")                                                  \
     X(GTAO_ERROR_THICKNESS_MAP,                                                                                        \
       "thickness_map, thickness_stride: null, or rows overlap or are not a multiple of 4 bytes apart")                 \
@@ -324,6 +325,9 @@ typedef struct gtao_desc {
     int steps;        /* samples on each side of a slice, 1..256; 0: from the preset */
     int every_pixel;  /* nonzero: visit every pixel out to the radius instead of `steps` samples */
     float step_power; /* samples lie at 1 + (radius_px - 1) ((j + offset) / steps)^power; 0: 2 */
+    float tolerance;  /* error of a visibility that may be traded for speed, 0..1; 0: none. What rises little above a
+                       * tangent plane does not count, so bumpy ground is open ground. The visibility is never less
+                       * than without it and at most this more (normalized estimator, no thin_blend, no thickness) */
     float thin_blend; /* [J16] thickness heuristic: a sample below the horizon pulls it down by this factor; 0: off */
     /* Occluders with thickness: with any of these set, slices are integrated as unions of arcs instead of up to a
      * horizon. A sample is then a column along its view ray, from its front to its back (docs/theory.md). */
@@ -1481,6 +1485,8 @@ static gtao_result gtaoi_check_desc(const gtao_desc *d) {
         return GTAO_ERROR_STEP_POWER;
     if (!(d->thin_blend >= 0.0f && d->thin_blend <= 1.0f))
         return GTAO_ERROR_THIN_BLEND;
+    if (!(d->tolerance >= 0.0f && d->tolerance <= 1.0f))
+        return GTAO_ERROR_ALLOWED;
     result = gtaoi_check_arcs(d);
     if (result != GTAO_OK)
         return result;
@@ -1964,7 +1970,11 @@ static void gtaoi_begin_cells(gtao_context *c, float *cells, uint32_t *prepared)
     memset(cells, 0, (size_t)(GTAOI_CELL_PLANES * c->cell_pitch * c->cells_y) * sizeof(float));
     c->prepared = prepared;
     memset(prepared, 0, (size_t)c->d.height * sizeof *prepared);
-    c->rise_min = GTAOI_RISE_MIN;
+    /* Below a rise e in cot h a side of a slice loses, x the rise of a direction, its angle theta from v and h_t that of
+     * the tangent plane, cos(theta - n) sin theta dtheta = x sin h_t sin^4 theta dx: at most e^2 / 2, both sides e^2, of
+     * an open slice that has 1 or more. With uniform weighting sin^3 theta dx: at most e a side, 2 e of 2. */
+    c->rise_min = c->d.weighting == GTAO_WEIGHTING_UNIFORM ? c->d.tolerance : sqrtf(c->d.tolerance);
+    c->rise_min = gtaoi_max(0.999f * c->rise_min, GTAOI_RISE_MIN);
     c->skips = GTAO_SKIP_ALL & ~c->d.no_skip;
     if (c->cosines) /* there every sample counts, rounding and all */
         c->skips &= (unsigned)GTAO_SKIP_SKY;
@@ -2433,7 +2443,7 @@ enum { /* planes of a signal, as in gtao_output.signal; those of the history */
 typedef struct gtaoi_settings {
     uint32_t magic;
     int i[28];
-    float f[9];
+    float f[10];
 } gtaoi_settings;
 
 /* A plane is `pitch` floats a row, one row more than the image (nothing: sky or zero), GTAOI_PAD columns around. */
@@ -3138,7 +3148,7 @@ static void gtaoi_frame_settings(const gtao_frame_desc *f, const gtaoi_frame_lay
                      d->mask != 0,
                      (int)d->depth_kind};
     const float x[] = {d->radius,       d->falloff,   d->step_power, d->thin_blend, f->depth_tolerance,
-                       f->clamp_window, d->camera.sx, d->camera.sy,  d->thickness};
+                       f->clamp_window, d->camera.sx, d->camera.sy,  d->thickness,  d->tolerance};
     memset(s, 0, sizeof *s);
     s->magic = 0x6f617467u;
     memcpy(s->i, i, sizeof i);
@@ -4396,7 +4406,7 @@ typedef struct GTAOI_FRAME {
     GV kappa_tangent; /* cot of the tangent plane's horizon on the + side: -tan n; the - side's is its negative */
     GV reach;         /* radius / |b_perp|: t^2 (1 + cot^2 h) <= (reach w)^2 lies within the radius */
     GV cos_tangent;   /* cosine of the tangent plane's horizon on the + side: -sin n; the - side's is its negative */
-    GV floor;         /* rises below are rounding, GTAOI_RISE_MIN of cot h */
+    GV floor;         /* rises below do not count, rise_min in cot h */
     GV n, open;       /* angle n, and the integral over the open slice: |np| (cos n + n sin n), uniform: 2 */
 } GTAOI_FRAME;
 
@@ -6505,7 +6515,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known
             return;
     }
     floor_ = 0.999f * c->rise_min * gtaoi_min(c->bx1, c->by1) * (c->orthographic ? 1.0f : farthest / len2);
-    t->slack = (c->d.normals ? 0.125f : 0.25f) * floor_; /* derived normals have the noise of depth */
+    /* Derived normals have the noise of depth, bumpy ground has its own. */
+    t->slack = (c->rise_min > GTAOI_RISE_MIN ? 0.5f : c->d.normals ? 0.125f : 0.25f) * floor_;
     size = gtaoi_abs(t->gx) + gtaoi_abs(t->gy);
     l.room = 0.999f * floor_ - t->slack - 3.8146973e-6f * (size + t->slack); /* 64 times 2^-24: rounding of g.q */
     l.inv_room = 1.001f / l.room;

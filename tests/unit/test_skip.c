@@ -229,9 +229,59 @@ static void random_scenes(void **state) {
     assert_true(total.samples_skipped > total.samples / 30);
 }
 
+/* A tolerance makes nothing darker and nothing lighter by more than itself; and it opens bumpy ground. */
+static void tolerances(void **state) {
+    uint32_t random = 7u;
+    uint64_t open = 0, pixels = 0;
+    double worst = 0.0;
+    (void)state;
+    for (int k = 0; k < cases / 4; k++) {
+        static const float allowed[] = {0.001f, 0.004f, 0.02f, 0.1f, 0.5f, 1.0f};
+        uint32_t seed = random;
+        world s;
+        buffers b;
+        gtao_desc d;
+        result exact, r;
+        gtao_stats stats = {0};
+        world_random(&s, &random);
+        if (k % 2) /* bumps of up to a hundredth of the depth */
+            s.bump = 0.01 * unit_of(&random) * unit_of(&random);
+        buffers_fill(&b, &s, seed);
+        desc_random(&d, &s, &b, &random);
+        d.estimator = GTAO_ESTIMATOR_NORMALIZED;
+        d.thin_blend = d.thickness = 0.0f, d.back = NULL, d.layer_count = 0, d.layers = NULL;
+        exact = result_make(&d, WANT_VISIBILITY, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        compute(&d, &exact, 1000, &stats);
+        d.tolerance = allowed[k % 6];
+        r = result_make(&d, WANT_VISIBILITY, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        memset(&stats, 0, sizeof stats);
+        compute(&d, &r, 1000, &stats);
+        for (int y = 0; y < s.height; y++)
+            for (int x = 0; x < s.width; x++) {
+                float a, c;
+                double more;
+                memcpy(&a, plane_row(&exact.visibility, y) + 4 * (size_t)x, 4);
+                memcpy(&c, plane_row(&r.visibility, y) + 4 * (size_t)x, 4);
+                more = (double)c - (double)a;
+                if (more < -1e-6 || more > (double)d.tolerance + 1e-6)
+                    fail_msg("scene %d (seed %u), tolerance %g: %.7g became %.7g at %d, %d", k, seed, (double)d.tolerance,
+                             (double)a, (double)c, x, y);
+                worst = more / (double)d.tolerance > worst ? more / (double)d.tolerance : worst;
+            }
+        if (k % 2)
+            open += stats.open, pixels += stats.pixels - stats.sky;
+        result_free(&exact), result_free(&r);
+        buffers_free(&b);
+    }
+    print_message("largest error %.2f of the tolerance; of bumpy scenes open: %.1f %%\n", worst,
+                  100.0 * (double)open / (double)pixels);
+    assert_true(worst > 0.3 && open > pixels / 20);
+}
+
 int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(random_scenes),
+        cmocka_unit_test(tolerances),
     };
     if (argc > 1)
         cases = atoi(argv[1]);
