@@ -270,13 +270,16 @@ typedef enum gtao_isa {
 } gtao_isa;
 
 /* What is not computed because the result is known without it (docs/performance.md). Planes are told from cells of
- * 16x16 pixels: prepare and compute in ranges of multiples of 16 rows, or what they cut is computed in full. */
+ * 16x16 pixels: prepare and compute in ranges of multiples of GTAO_STRIP rows, or what they cut is computed in full. */
 typedef enum gtao_skip {
     GTAO_SKIP_SKY = 1,     /* blocks of nothing but sky */
     GTAO_SKIP_OPEN = 2,    /* pixels above whose tangent plane nothing rises within the radius: visibility 1 */
     GTAO_SKIP_SECTORS = 4, /* samples in directions and at distances in which nothing can rise above it */
-    GTAO_SKIP_ALL = 7
+    GTAO_SKIP_REST = 8,    /* gtao_frame: tiles in which nothing changes, as gtao_frame_desc.no_skip */
+    GTAO_SKIP_ALL = 15
 } gtao_skip;
+
+enum { GTAO_STRIP = 16 }; /* rows that such ranges are multiples of */
 
 #define GTAO_MAX_LAYERS 8
 
@@ -1975,7 +1978,7 @@ static void gtaoi_begin_cells(gtao_context *c, float *cells, uint32_t *prepared)
      * an open slice that has 1 or more. With uniform weighting sin^3 theta dx: at most e a side, 2 e of 2. */
     c->rise_min = c->d.weighting == GTAO_WEIGHTING_UNIFORM ? c->d.tolerance : sqrtf(c->d.tolerance);
     c->rise_min = gtaoi_max(0.999f * c->rise_min, GTAOI_RISE_MIN);
-    c->skips = GTAO_SKIP_ALL & ~c->d.no_skip;
+    c->skips = (GTAO_SKIP_SKY | GTAO_SKIP_OPEN | GTAO_SKIP_SECTORS) & ~c->d.no_skip;
     if (c->cosines) /* there every sample counts, rounding and all */
         c->skips &= (unsigned)GTAO_SKIP_SKY;
     if (c->signal) /* open pixels too have a weight */
@@ -2607,7 +2610,7 @@ static float gtaoi_beyond(const gtao_frame_context *f, float a, float b) {
 /* Whether all tiles within `ring` of this one are at rest. */
 static int gtaoi_at_rest(const gtao_frame_context *f, int tx, int ty, int ring) {
     int x, y;
-    if (f->f.no_skip)
+    if (f->f.no_skip || (f->f.desc.no_skip & GTAO_SKIP_REST))
         return 0;
     for (y = gtaoi_imax(ty - ring, 0); y <= gtaoi_imin(ty + ring, f->tiles_y - 1); y++)
         for (x = gtaoi_imax(tx - ring, 0); x <= gtaoi_imin(tx + ring, f->tiles_x - 1); x++)
@@ -3328,9 +3331,14 @@ GTAO_API const char *gtao_frame_stage_name(const gtao_frame_context *context, in
     return names[gtaoi_frame_stage(context, stage, &pass)];
 }
 
+/* Rows of tiles in a unit: what can rise is told from strips of them. */
+static int gtaoi_unit_tiles(int kind) {
+    return kind == GTAOI_PREPARE || kind == GTAOI_HORIZONS ? GTAO_STRIP / GTAOI_TILE_H : 1;
+}
+
 GTAO_API int gtao_frame_units(const gtao_frame_context *context, int stage) {
-    (void)stage;
-    return context->tiles_y;
+    int pass, tiles = gtaoi_unit_tiles(gtaoi_frame_stage(context, stage, &pass));
+    return (context->tiles_y + tiles - 1) / tiles;
 }
 
 GTAO_API void gtao_frame_run(gtao_frame_context *context, int stage, int unit_begin, int unit_end, gtao_stats *stats) {
@@ -3339,7 +3347,8 @@ GTAO_API void gtao_frame_run(gtao_frame_context *context, int stage, int unit_be
     gtao_isa isa = context->pass->d.isa;
     if (!stats)
         memset(&unused, 0, sizeof unused), stats = &unused;
-    unit_begin = gtaoi_imax(unit_begin, 0), unit_end = gtaoi_imin(unit_end, context->tiles_y);
+    unit_begin = gtaoi_imin(gtaoi_imax(unit_begin, 0), context->tiles_y) * gtaoi_unit_tiles(kind);
+    unit_end = gtaoi_imin(gtaoi_imin(unit_end, context->tiles_y) * gtaoi_unit_tiles(kind), context->tiles_y);
     y0 = unit_begin * GTAOI_TILE_H, y1 = gtaoi_imin(unit_end * GTAOI_TILE_H, context->height);
     switch (kind) {
     case GTAOI_REDUCE:

@@ -210,8 +210,8 @@ static void random_scenes(void **state) {
             }
             compute(&d, &r, i == 0 ? cut : 1000, &some);
             if (!result_equal(&none, &r) ||
-                (signal[0] && memcmp(signal[0], signal[1], (size_t)d.width * (size_t)d.height * 4 *
-                                                               (size_t)r.output.signal_planes) != 0))
+                (signal[0] && memcmp(signal[0], signal[1],
+                                     (size_t)d.width * (size_t)d.height * 4 * (size_t)r.output.signal_planes) != 0))
                 fail_msg("scene %d (seed %u), without skips %u: other bits", k, seed, subsets[i]);
             assert_true(some.pixels == all.pixels && some.sky == all.sky && some.masked == all.masked);
             total.open += some.open, total.samples_skipped += some.samples_skipped;
@@ -264,8 +264,8 @@ static void tolerances(void **state) {
                 memcpy(&c, plane_row(&r.visibility, y) + 4 * (size_t)x, 4);
                 more = (double)c - (double)a;
                 if (more < -1e-6 || more > (double)d.tolerance + 1e-6)
-                    fail_msg("scene %d (seed %u), tolerance %g: %.7g became %.7g at %d, %d", k, seed, (double)d.tolerance,
-                             (double)a, (double)c, x, y);
+                    fail_msg("scene %d (seed %u), tolerance %g: %.7g became %.7g at %d, %d", k, seed,
+                             (double)d.tolerance, (double)a, (double)c, x, y);
                 worst = more / (double)d.tolerance > worst ? more / (double)d.tolerance : worst;
             }
         if (k % 2)
