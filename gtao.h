@@ -58,7 +58,7 @@
  *   No allocation, no globals, no I/O. The caller's scratch: 4 bytes a pixel for the height buffer (8 with thickness,
  *   and 8 for each further layer), its padding (1 KiB a row at most), and sample tables, 32 bytes for each of 16 noise
  *   phases (1 without noise) x slices x radius classes (4 an octave) x steps, or x pixels of the largest radius in
- *   every-pixel mode. 960x540, 1 slice of 8 steps: 5.3 bytes a pixel in all (tests/unit/test_api.c). gtao_frame's state:
+ *   every-pixel mode. 960x540, 1 slice of 8 steps: 5.7 bytes a pixel in all (tests/unit/test_api.c). gtao_frame's state:
  *   gtao_frame_state_size.
  *
  * THREADS
@@ -94,7 +94,7 @@
  *     them in place of rotated and multiplied zonal harmonics; its aperture heeds the bent normal's tilt.
  *   - Noise [J16]: 96 different directions and 16 different offsets; as printed there would be 48 and 4
  *     (gtaoi_noise_memo).
- *   - Rises above the tangent plane of less than 2.4e-4 in cot h are rounding and ignored: 1e-7 in visibility.
+ *   - Rises above the tangent plane of less than 9.8e-4 in cot h are rounding and ignored: 1e-6 in visibility.
  *   - A normal that faces away from the eye is tilted until it just faces it.
  *   - Frames [J16]: pixels are averaged by their slices' share of the integral; the spatial filter tells surfaces apart
  *     by a pixel's footprint in depth rather than a tenth of it; the history's clamp never closes below the noise of one
@@ -165,6 +165,7 @@ extern "C" {
     X(GTAO_ERROR_STEPS, "steps: must be 0 (from the preset) or 1..256")                                                \
     X(GTAO_ERROR_STEP_POWER, "step_power: must be 0 (default) or 0.25..8")                                             \
     X(GTAO_ERROR_THIN_BLEND, "thin_blend: must be 0..1")                                                               \
+    X(GTAO_ERROR_ALLOWED, "tolerance: must be 0..1")                                                                   \
     X(GTAO_ERROR_THICKNESS, "thickness: must not be negative or NaN")                                                  \
     X(GTAO_ERROR_THICKNESS_MAP,                                                                                        \
       "thickness_map, thickness_stride: null, or rows overlap or are not a multiple of 4 bytes apart")                 \
@@ -268,6 +269,18 @@ typedef enum gtao_isa {
     GTAO_ISA_NEON = 5
 } gtao_isa;
 
+/* What is not computed because the result is known without it (docs/performance.md). Planes are told from cells of
+ * 16x16 pixels: prepare and compute in ranges of multiples of GTAO_STRIP rows, or what they cut is computed in full. */
+typedef enum gtao_skip {
+    GTAO_SKIP_SKY = 1,     /* blocks of nothing but sky */
+    GTAO_SKIP_OPEN = 2,    /* pixels above whose tangent plane nothing rises within the radius: visibility 1 */
+    GTAO_SKIP_SECTORS = 4, /* samples in directions and at distances in which nothing can rise above it */
+    GTAO_SKIP_REST = 8,    /* gtao_frame: tiles in which nothing changes, as gtao_frame_desc.no_skip */
+    GTAO_SKIP_ALL = 15
+} gtao_skip;
+
+enum { GTAO_STRIP = 16 }; /* rows that such ranges are multiples of */
+
 #define GTAO_MAX_LAYERS 8
 
 /* A further layer of depth, as from depth peeling: front faces, and back faces if there are any. It only casts
@@ -315,6 +328,9 @@ typedef struct gtao_desc {
     int steps;        /* samples on each side of a slice, 1..256; 0: from the preset */
     int every_pixel;  /* nonzero: visit every pixel out to the radius instead of `steps` samples */
     float step_power; /* samples lie at 1 + (radius_px - 1) ((j + offset) / steps)^power; 0: 2 */
+    float tolerance;  /* error of a visibility that may be traded for speed, 0..1; 0: none. What rises little above a
+                       * tangent plane does not count, so bumpy ground is open ground. The visibility is never less
+                       * than without it and at most this more (normalized estimator, no thin_blend, no thickness) */
     float thin_blend; /* [J16] thickness heuristic: a sample below the horizon pulls it down by this factor; 0: off */
     /* Occluders with thickness: with any of these set, slices are integrated as unions of arcs instead of up to a
      * horizon. A sample is then a column along its view ray, from its front to its back (docs/theory.md). */
@@ -332,6 +348,8 @@ typedef struct gtao_desc {
     uint32_t frame; /* selects the temporal rotation and offset of the noise */
 
     gtao_isa isa;
+
+    unsigned no_skip; /* gtao_skip flags: what not to skip; costs time, changes no bit of the output */
 } gtao_desc;
 
 /* ---- output ----------------------------------------------------------------------------------------------------- */
@@ -377,6 +395,9 @@ typedef struct gtao_stats {
     uint64_t small_radius;    /* because the radius projects to less than a pixel */
     uint64_t derived_normals; /* pixels whose normal came from depth */
     uint64_t samples;         /* horizon samples, all pixels */
+    uint64_t sky_skipped;     /* pixels of `sky` in blocks that were not looked at */
+    uint64_t open;            /* pixels that are known to be open */
+    uint64_t samples_skipped; /* of the other pixels: samples that cannot rise, not taken */
     uint64_t unchanged;       /* gtao_frame: pixels of the filters' resolution in tiles at rest, not computed anew */
 } gtao_stats;
 
@@ -760,7 +781,7 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #define GTAOI_ORTHO_LIMIT 274877906944.0f /* 2^38: orthographic heights, in pixels */
 #define GTAOI_KAPPA_LIMIT 1073741824.0f   /* 2^30: cotangent of a horizon, so that products of four stay finite */
 #define GTAOI_RISE_MIN                                                                                                 \
-    2.44140625e-4f             /* 2^-12: a rise in cot h above the tangent plane that is rounding; 1e-7 in visibility */
+    9.765625e-4f               /* 2^-10: a rise in cot h above the tangent plane that is rounding; 1e-6 in visibility */
 #define GTAOI_UNIT 4e-6f       /* a normal's squared length is so near 1: taken as it is */
 #define GTAOI_FACING_MIN 1e-4f /* least n.v: a normal that faces away is tilted to the silhouette */
 #define GTAOI_CLASS_SHIFT 21   /* radius classes: exponent and 2 bits of mantissa, 4 an octave */
@@ -800,6 +821,9 @@ GTAOI_INLINE float gtaoi_min(float a, float b) {
 }
 GTAOI_INLINE float gtaoi_clamp(float x, float lo, float hi) {
     return gtaoi_min(gtaoi_max(x, lo), hi);
+}
+GTAOI_INLINE float gtaoi_abs(float a) {
+    return a < 0.0f ? -a : a;
 }
 GTAOI_INLINE int gtaoi_imin(int a, int b) {
     return a < b ? a : b;
@@ -1235,6 +1259,32 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 
 /* ---- context ---------------------------------------------------------------------------------------------------- */
 
+/* The heights of a cell of GTAOI_CELL^2 pixels lie between two planes, w0 + g.e + down and w0 + g.e + up, e from the
+ * cell's centre in pixels: those of the first layer above the lower, those of all layers below the upper. On a plane
+ * the two coincide but for rounding, however it slants. */
+enum {
+    GTAOI_CELL = 16,
+    GTAOI_CELL_W0 = 0,
+    GTAOI_CELL_GX,
+    GTAOI_CELL_GY,
+    GTAOI_CELL_UP,   /* GTAOI_CELL_NONE: nothing but sky */
+    GTAOI_CELL_DOWN, /* minus that: sky in the first layer */
+    GTAOI_CELL_PLANES,
+    GTAOI_DIRECTIONS = 16, /* sectors of directions on the screen */
+    GTAOI_SPAN = 32        /* tiles of 64x16 pixels that are looked at together */
+};
+#define GTAOI_CELL_NONE (-1e38f)
+
+/* What the receivers of a tile may see. */
+typedef struct gtaoi_tile {
+    float gx, gy, slack;                              /* it holds for tangent planes with |g - (gx, gy)| <= slack */
+    int sky;                                          /* nothing but sky */
+    int known;                                        /* 0: anything may rise anywhere */
+    int open;                                         /* nothing rises */
+    float lo[GTAOI_DIRECTIONS], hi[GTAOI_DIRECTIONS]; /* where something may rise, in pixels; none: lo > hi */
+    float lo_all, hi_all;                             /* the same of all directions */
+} gtaoi_tile;
+
 /* One sample of a slice, shared by all pixels of a noise phase. */
 typedef struct gtaoi_sample {
     float inv_length;  /* 1 / |q|, or 1 / t on the slice line in every-pixel mode; per pixel */
@@ -1305,6 +1355,12 @@ struct gtao_context {
     int slice_begin, slice_end;      /* the slices of this pass over the rows: all of them, or a sweep's batch */
     int x_begin, x_end;              /* columns that are wanted */
     const struct gtaoi_pass *pass;   /* of a sweep; null: none */
+    float rise_min;                  /* rises in cot h that do not count */
+    unsigned skips;                  /* gtao_skip flags that these settings allow */
+    int cells_x, cells_y;            /* of 16x16 pixels */
+    ptrdiff_t cell_pitch;            /* floats from one row of cells to the next */
+    float *cell[GTAOI_CELL_PLANES];  /* what they hold */
+    uint32_t *prepared;              /* of each row: the range that it was last prepared in */
 };
 
 typedef struct gtaoi_layout {
@@ -1313,7 +1369,7 @@ typedef struct gtaoi_layout {
     uint32_t class_base;
     ptrdiff_t pitch, plane;
     int planes;
-    uint64_t w, slice, sample, taps, count, noise, total; /* byte offsets in the aligned scratch */
+    uint64_t w, slice, sample, taps, count, noise, cells, prepared, total; /* byte offsets in the aligned scratch */
 } gtaoi_layout;
 
 /* On the front of error against time of all settings (docs/benchmark.md). */
@@ -1432,6 +1488,8 @@ static gtao_result gtaoi_check_desc(const gtao_desc *d) {
         return GTAO_ERROR_STEP_POWER;
     if (!(d->thin_blend >= 0.0f && d->thin_blend <= 1.0f))
         return GTAO_ERROR_THIN_BLEND;
+    if (!(d->tolerance >= 0.0f && d->tolerance <= 1.0f))
+        return GTAO_ERROR_ALLOWED;
     result = gtaoi_check_arcs(d);
     if (result != GTAO_OK)
         return result;
@@ -1483,6 +1541,11 @@ static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) 
 }
 
 /* Everything that decides the size of the scratch buffer. */
+/* Floats in a row of cells, with room for a group that starts at the last one. */
+static ptrdiff_t gtaoi_cell_pitch(int width) {
+    return ((width + GTAOI_CELL - 1) / GTAOI_CELL + 2 * GTAOI_LANES - 1) / GTAOI_LANES * GTAOI_LANES;
+}
+
 static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
     float f_max, f_min, b_ratio;
     double diagonal = sqrt((double)d->width * (double)d->width + (double)d->height * (double)d->height);
@@ -1533,9 +1596,12 @@ static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
                    sizeof(gtaoi_sample);
     l->count = l->taps + (l->every_pixel ? phases * (uint64_t)l->slices * GTAOI_NEAR * sizeof(gtaoi_taps) : 0);
     l->noise = l->count + (phases * (uint64_t)l->slices * (uint64_t)l->classes * sizeof(int) + 63) / 64 * 64;
-    l->total = l->noise + 63; /* room to align */
+    l->cells = l->noise;
     if (l->per_pixel_noise)
-        l->total += (2 * 64 * (64 + GTAOI_LANES) + (l->every_pixel ? 0 : 64 * (uint64_t)l->max_steps)) * sizeof(float);
+        l->cells += (2 * 64 * (64 + GTAOI_LANES) + (l->every_pixel ? 0 : 64 * (uint64_t)l->max_steps)) * sizeof(float);
+    l->prepared = l->cells + GTAOI_CELL_PLANES * sizeof(float) * (uint64_t)gtaoi_cell_pitch(d->width) *
+                                 (uint64_t)((d->height + GTAOI_CELL - 1) / GTAOI_CELL);
+    l->total = l->prepared + (uint64_t)d->height * sizeof(uint32_t) + 63; /* room to align */
 }
 
 GTAO_API size_t gtao_scratch_size(const gtao_desc *desc) {
@@ -1897,6 +1963,28 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
     }
 }
 
+/* No cell is known yet. */
+static void gtaoi_begin_cells(gtao_context *c, float *cells, uint32_t *prepared) {
+    int i;
+    c->cells_x = (c->d.width + GTAOI_CELL - 1) / GTAOI_CELL, c->cells_y = (c->d.height + GTAOI_CELL - 1) / GTAOI_CELL;
+    c->cell_pitch = gtaoi_cell_pitch(c->d.width);
+    for (i = 0; i < GTAOI_CELL_PLANES; i++)
+        c->cell[i] = cells + i * c->cell_pitch * c->cells_y;
+    memset(cells, 0, (size_t)(GTAOI_CELL_PLANES * c->cell_pitch * c->cells_y) * sizeof(float));
+    c->prepared = prepared;
+    memset(prepared, 0, (size_t)c->d.height * sizeof *prepared);
+    /* Below a rise e in cot h a side of a slice loses, x the rise of a direction, its angle theta from v and h_t that of
+     * the tangent plane, cos(theta - n) sin theta dtheta = x sin h_t sin^4 theta dx: at most e^2 / 2, both sides e^2, of
+     * an open slice that has 1 or more. With uniform weighting sin^3 theta dx: at most e a side, 2 e of 2. */
+    c->rise_min = c->d.weighting == GTAO_WEIGHTING_UNIFORM ? c->d.tolerance : sqrtf(c->d.tolerance);
+    c->rise_min = gtaoi_max(0.999f * c->rise_min, GTAOI_RISE_MIN);
+    c->skips = (GTAO_SKIP_SKY | GTAO_SKIP_OPEN | GTAO_SKIP_SECTORS) & ~c->d.no_skip;
+    if (c->cosines) /* there every sample counts, rounding and all */
+        c->skips &= (unsigned)GTAO_SKIP_SKY;
+    if (c->signal) /* open pixels too have a weight */
+        c->skips &= ~(unsigned)GTAO_SKIP_OPEN;
+}
+
 /* The whole context in scratch at `base`, where it stands first. */
 static void gtaoi_begin(const gtao_desc *desc, const gtao_output *output, const gtaoi_layout *plan, char *base,
                         gtao_context *c) {
@@ -1910,6 +1998,7 @@ static void gtaoi_begin(const gtao_desc *desc, const gtao_output *output, const 
     c->count = (int *)(void *)(base + l.count);
     c->noise = (float *)(void *)(base + l.noise);
     c->step = c->noise + 2 * 64 * (64 + GTAOI_LANES);
+    gtaoi_begin_cells(c, (float *)(void *)(base + l.cells), (uint32_t *)(void *)(base + l.prepared));
     gtaoi_fill_tables(c, plan);
     if (c->per_pixel_noise)
         gtaoi_fill_noise(c);
@@ -2048,6 +2137,16 @@ static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float 
     }
 }
 
+/* The same for a block of nothing but sky, without bent normals. */
+static void gtaoi_store_sky(const gtao_context *c, int x, int y, int n, gtao_stats *stats) {
+    float ones[4 * GTAOI_LANES], s[4][4 * GTAOI_LANES];
+    int i, skip = gtaoi_imax(c->x_begin - x, 0);
+    for (i = 0; i < n; i++)
+        ones[i] = s[0][i] = 1.0f;
+    stats->pixels += (uint64_t)n, stats->sky += (uint64_t)n, stats->sky_skipped += (uint64_t)n;
+    gtaoi_store(c, x + skip, y, gtaoi_imin(n, c->x_end - x) - skip, ones, 0, s);
+}
+
 /* 1 + ry^2 of a row's rays. */
 static float gtaoi_ry2(const gtao_context *c, int y) {
     GTAOI_NO_CONTRACT
@@ -2155,6 +2254,177 @@ static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int
     }
 }
 
+/* ---- what can rise ---------------------------------------------------------------------------------------------- */
+
+/* Planes of a cell, with room for what rounding does: in themselves, and in the search, which takes a sample's height
+ * times 1 / |q| and the pixel's, and sums (three times half an ulp of each at most; between two taps, four). */
+static void gtaoi_keep_cell(const gtao_context *c, ptrdiff_t at, float w0, float gx, float gy, float up, float down) {
+    GTAOI_NO_CONTRACT
+    if (up > GTAOI_CELL_NONE) {
+        float ulps = c->every_pixel ? 1.78813934e-7f : 1.1920929e-7f; /* 3 and 2 times 2^-24 */
+        float size = 0.5f * (float)GTAOI_CELL * (gtaoi_abs(gx) + gtaoi_abs(gy)), centre = w0, shift, room;
+        int solid = down < 0.5f * -GTAOI_CELL_NONE;
+        if (solid)
+            centre += 0.5f * (up + down);
+        shift = centre - w0, w0 = centre;
+        up -= shift, down -= shift;
+        size += gtaoi_abs(shift) + gtaoi_abs(up) + (solid ? gtaoi_abs(down) : 0.0f);
+        room = ulps * (gtaoi_abs(w0) + size) + 2.3841858e-7f * size;
+        up += room, down -= room;
+    }
+    c->cell[GTAOI_CELL_W0][at] = w0, c->cell[GTAOI_CELL_GX][at] = gx, c->cell[GTAOI_CELL_GY][at] = gy;
+    c->cell[GTAOI_CELL_UP][at] = up;
+    c->cell[GTAOI_CELL_DOWN][at] = down;
+}
+
+/* A cell of which not all pixels are there, or not all are of the first layer. */
+static void gtaoi_cell_rest(const gtao_context *c, int cx, int cy) {
+    GTAOI_NO_CONTRACT
+    const float half = 0.5f * (float)(GTAOI_CELL - 1);
+    int x_end = gtaoi_imin((cx + 1) * GTAOI_CELL, c->d.width), y_end = gtaoi_imin((cy + 1) * GTAOI_CELL, c->d.height);
+    int x, y, k, layers = c->arcs ? c->layer_count : 1, shift = c->period == 4 ? 2 : 0, nx = 0, ny = 0;
+    ptrdiff_t at = cy * c->cell_pitch + cx;
+    float w0 = 0.0f, gx = 0.0f, gy = 0.0f, up = GTAOI_CELL_NONE, down = -GTAOI_CELL_NONE;
+    float above[GTAOI_CELL], before;
+    for (k = 0; k < layers; k++) {
+        const float *plane = c->w + 2 * k * c->plane;
+        int pass;
+        for (pass = k > 0; pass < 2; pass++) { /* gradients from neighbours, then what lies above and below */
+            for (x = 0; x < GTAOI_CELL; x++)
+                above[x] = GTAOI_SKY;
+            for (y = cy * GTAOI_CELL; y < y_end; y++) {
+                before = GTAOI_SKY;
+                for (x = cx * GTAOI_CELL; x < x_end; x++) {
+                    int i = x - cx * GTAOI_CELL;
+                    float w = plane[y * c->pitch + (x & (c->period - 1)) * c->segment + GTAOI_PAD + (x >> shift)], d;
+                    if (w > GTAOI_SKY_LIMIT) {
+                        if (pass == 1) {
+                            d = (w - w0) - (gx * ((float)i - half) + gy * ((float)(y - cy * GTAOI_CELL) - half));
+                            up = gtaoi_max(up, d);
+                            if (k == 0)
+                                down = gtaoi_min(down, d);
+                        } else {
+                            w0 = w0 == 0.0f ? w : w0;
+                            if (before > GTAOI_SKY_LIMIT)
+                                gx += w - before, nx++;
+                            if (above[i] > GTAOI_SKY_LIMIT)
+                                gy += w - above[i], ny++;
+                        }
+                    }
+                    before = above[i] = w;
+                }
+            }
+            if (pass == 0)
+                gx = nx ? gx / (float)nx : 0.0f, gy = ny ? gy / (float)ny : 0.0f;
+        }
+    }
+    gtaoi_keep_cell(c, at, w0, gx, gy, up, down);
+}
+
+/* The sector of a direction, 0 .. 15: never falls as it turns from +x by +y and -x back to +x. */
+static int gtaoi_direction(float x, float y) {
+    GTAOI_NO_CONTRACT
+    const float half = 0.41421356f; /* tan(pi / 8) */
+    int k = 0;
+    float t;
+    if (y < 0.0f)
+        x = -x, y = -y, k = 8;
+    if (x <= 0.0f)
+        t = x, x = y, y = -t, k += 4;
+    if (y <= x)
+        return (k + (y > half * x)) & (GTAOI_DIRECTIONS - 1);
+    return (k + 3 - (x > half * y)) & (GTAOI_DIRECTIONS - 1);
+}
+
+/* Something may rise at distances lo .. hi in the directions from (0, 0) to the box. `all`: bounds that hold for every
+ * direction. */
+static void gtaoi_may_rise(gtaoi_tile *t, float all[2], float x0, float x1, float y0, float y1, float lo, float hi) {
+    int k, end;
+    if (y0 > 0.0f) {
+        k = x1 > 0.0f ? gtaoi_direction(x1, y0) : gtaoi_direction(x1, y1);
+        end = x0 < 0.0f ? gtaoi_direction(x0, y0) : gtaoi_direction(x0, y1);
+    } else if (y1 < 0.0f) {
+        k = x0 < 0.0f ? gtaoi_direction(x0, y1) : gtaoi_direction(x0, y0);
+        end = x1 > 0.0f ? gtaoi_direction(x1, y1) : gtaoi_direction(x1, y0);
+    } else if (x0 > 0.0f) {
+        k = gtaoi_direction(x0, y0), end = gtaoi_direction(x0, y1);
+    } else if (x1 < 0.0f) {
+        k = gtaoi_direction(x1, y1), end = gtaoi_direction(x1, y0);
+    } else { /* it holds the pixel itself */
+        all[0] = gtaoi_min(all[0], lo), all[1] = gtaoi_max(all[1], hi);
+        return;
+    }
+    for (;; k = (k + 1) & (GTAOI_DIRECTIONS - 1)) {
+        t->lo[k] = gtaoi_min(t->lo[k], lo), t->hi[k] = gtaoi_max(t->hi[k], hi);
+        if (k == end)
+            break;
+    }
+}
+
+/* The part of a list of samples that may rise: [range[0], range[1]) on the + side, to range[2] on the - side. */
+static void gtaoi_range(const gtao_context *c, const gtaoi_tile *t, int index, const gtaoi_sample *q, int n,
+                        int range[3]) {
+    GTAOI_NO_CONTRACT
+    const gtaoi_slice *s = c->slice + index;
+    int side, begin, end, mid;
+    range[0] = t ? n : 0, range[1] = range[2] = t ? 0 : n;
+    for (side = 0; t && side < 2; side++) {
+        int k = gtaoi_direction(side ? -s->dx : s->dx, side ? -s->dy : s->dy);
+        float lo = t->lo[k] * 0.99999f, hi = t->hi[k] * 1.00001f;
+        if (!(lo <= hi))
+            continue;
+        for (begin = 0, end = n; begin < end;) { /* the first that is not nearer than lo */
+            mid = (begin + end) / 2;
+            if (q[mid].inv_length * lo > 1.0f)
+                begin = mid + 1;
+            else
+                end = mid;
+        }
+        range[0] = gtaoi_imin(range[0], begin);
+        for (end = n; begin < end;) { /* the first that is farther than hi */
+            mid = (begin + end) / 2;
+            if (q[mid].inv_length * hi >= 1.0f)
+                begin = mid + 1;
+            else
+                end = mid;
+        }
+        range[1 + side] = end;
+    }
+}
+
+/* Samples begin .. n - 1 on both sides of `times` pixels, of which a range is taken. */
+static void gtaoi_count_samples(const int range[3], int begin, int n, int times, gtao_stats *stats) {
+    int from = gtaoi_imax(range[0], begin), taken;
+    taken = gtaoi_imax(gtaoi_imin(range[1], n) - from, 0) + gtaoi_imax(gtaoi_imin(range[2], n) - from, 0);
+    stats->samples += (uint64_t)(taken * times);
+    stats->samples_skipped += (uint64_t)((2 * gtaoi_imax(n - begin, 0) - taken) * times);
+}
+
+/* A tile that looks around. A sample of a cell, of height w, at offset q from a pixel of height w0 and gradient g, rises
+ * above that pixel's tangent plane by
+ *   w - w0 - g.q = (w - G.s) - (w0 - G.p) + (G - g).q <= top + slack |q|,   q = s - p,   G the tile's gradient
+ * and does not count if that is at most the floor times |q|: where top <= room |q|. */
+typedef struct gtaoi_looking {
+    float x, y, w, low;   /* the tile's origin; heights are relative to w; least w0 - G.p */
+    float x0, x1, y0, y1; /* its pixels */
+    float room, inv_room; /* floor less slack, height per pixel */
+    float radius;         /* pixels */
+    float behind, before; /* heights beyond which the radius does not reach */
+    float all[2];         /* where something may rise in every direction */
+} gtaoi_looking;
+
+/* For each row of cells whether all its pixels were prepared by one call of gtao_prepare_rows, the last. */
+static void gtaoi_known_cells(const gtao_context *c, uint8_t *known) {
+    int cy, y;
+    for (cy = 0; cy < c->cells_y; cy++) {
+        int begin = cy * GTAOI_CELL, end = gtaoi_imin(begin + GTAOI_CELL, c->d.height);
+        uint32_t range = c->prepared[begin];
+        known[cy] = (int)(range >> 16) <= begin && (int)(range & 0xffffu) >= end;
+        for (y = begin + 1; y < end; y++)
+            known[cy] &= c->prepared[y] == range;
+    }
+}
+
 /* ---- frames ----------------------------------------------------------------------------------------------------- */
 
 enum {
@@ -2178,7 +2448,7 @@ enum { /* planes of a signal, as in gtao_output.signal; those of the history */
 typedef struct gtaoi_settings {
     uint32_t magic;
     int i[28];
-    float f[9];
+    float f[10];
 } gtaoi_settings;
 
 /* A plane is `pitch` floats a row, one row more than the image (nothing: sky or zero), GTAOI_PAD columns around. */
@@ -2342,7 +2612,7 @@ static float gtaoi_beyond(const gtao_frame_context *f, float a, float b) {
 /* Whether all tiles within `ring` of this one are at rest. */
 static int gtaoi_at_rest(const gtao_frame_context *f, int tx, int ty, int ring) {
     int x, y;
-    if (f->f.no_skip)
+    if (f->f.no_skip || (f->f.desc.no_skip & GTAO_SKIP_REST))
         return 0;
     for (y = gtaoi_imax(ty - ring, 0); y <= gtaoi_imin(ty + ring, f->tiles_y - 1); y++)
         for (x = gtaoi_imax(tx - ring, 0); x <= gtaoi_imin(tx + ring, f->tiles_x - 1); x++)
@@ -2883,7 +3153,7 @@ static void gtaoi_frame_settings(const gtao_frame_desc *f, const gtaoi_frame_lay
                      d->mask != 0,
                      (int)d->depth_kind};
     const float x[] = {d->radius,       d->falloff,   d->step_power, d->thin_blend, f->depth_tolerance,
-                       f->clamp_window, d->camera.sx, d->camera.sy,  d->thickness};
+                       f->clamp_window, d->camera.sx, d->camera.sy,  d->thickness,  d->tolerance};
     memset(s, 0, sizeof *s);
     s->magic = 0x6f617467u;
     memcpy(s->i, i, sizeof i);
@@ -3063,9 +3333,14 @@ GTAO_API const char *gtao_frame_stage_name(const gtao_frame_context *context, in
     return names[gtaoi_frame_stage(context, stage, &pass)];
 }
 
+/* Rows of tiles in a unit: what can rise is told from strips of them. */
+static int gtaoi_unit_tiles(int kind) {
+    return kind == GTAOI_PREPARE || kind == GTAOI_HORIZONS ? GTAO_STRIP / GTAOI_TILE_H : 1;
+}
+
 GTAO_API int gtao_frame_units(const gtao_frame_context *context, int stage) {
-    (void)stage;
-    return context->tiles_y;
+    int pass, tiles = gtaoi_unit_tiles(gtaoi_frame_stage(context, stage, &pass));
+    return (context->tiles_y + tiles - 1) / tiles;
 }
 
 GTAO_API void gtao_frame_run(gtao_frame_context *context, int stage, int unit_begin, int unit_end, gtao_stats *stats) {
@@ -3074,7 +3349,8 @@ GTAO_API void gtao_frame_run(gtao_frame_context *context, int stage, int unit_be
     gtao_isa isa = context->pass->d.isa;
     if (!stats)
         memset(&unused, 0, sizeof unused), stats = &unused;
-    unit_begin = gtaoi_imax(unit_begin, 0), unit_end = gtaoi_imin(unit_end, context->tiles_y);
+    unit_begin = gtaoi_imin(gtaoi_imax(unit_begin, 0), context->tiles_y) * gtaoi_unit_tiles(kind);
+    unit_end = gtaoi_imin(gtaoi_imin(unit_end, context->tiles_y) * gtaoi_unit_tiles(kind), context->tiles_y);
     y0 = unit_begin * GTAOI_TILE_H, y1 = gtaoi_imin(unit_end * GTAOI_TILE_H, context->height);
     switch (kind) {
     case GTAOI_REDUCE:
@@ -4012,6 +4288,93 @@ GTAOI_FN void GTAOI_NAME(gtaoi_backs)(const gtao_context *c, int k, int y0, int 
     }
 }
 
+/* The cells that lie in rows [y0, y1). Vectors run over pixels of one phase, whose lanes are joined at the end: the same
+ * sums whatever the width. */
+GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int y0, int y1) {
+    GTAOI_NO_CONTRACT
+    enum { WIDE = 4 * GTAOI_CELL };
+    const float half = 0.5f * (float)(GTAOI_CELL - 1);
+    int lanes = c->period == 4 ? WIDE / 4 : WIDE, per = lanes / 4, phases = c->period == 4 ? 4 : 1, x, y, cy, i, k, p,
+        r;
+    float across[WIDE];
+    for (y = y0; y < y1; y++)
+        c->prepared[y] = (uint32_t)y0 << 16 | (uint32_t)y1;
+    for (i = 0; i < lanes; i++)
+        across[i] = (float)(i % per * phases) - half;
+    for (cy = (y0 + GTAOI_CELL - 1) / GTAOI_CELL; cy < c->cells_y && cy * GTAOI_CELL < y1; cy++) {
+        int rows = gtaoi_imin(GTAOI_CELL, c->d.height - cy * GTAOI_CELL);
+        if (cy * GTAOI_CELL + rows > y1)
+            break;
+        for (x = 0; x < c->d.width; x += WIDE) {
+            float w0[WIDE], lowest[WIDE], highest[WIDE], along_x[WIDE], along_y[WIDE], up[WIDE], down[WIDE];
+            float gx[WIDE] = {0}, gy[WIDE] = {0};
+            int cells = (gtaoi_imin(WIDE, c->d.width - x) + GTAOI_CELL - 1) / GTAOI_CELL;
+            int whole = gtaoi_imin(WIDE, c->d.width - x) / GTAOI_CELL, solid[4] = {0, 0, 0, 0}, sky[4] = {0, 0, 0, 0};
+            const float *at = c->w + (ptrdiff_t)cy * GTAOI_CELL * c->pitch + GTAOI_PAD + x / c->period;
+            if (rows < GTAOI_CELL || (c->arcs && c->layer_count > 1))
+                whole = 0;
+            for (i = 0; i < whole * per; i++)
+                w0[i] = at[i - i % per];
+            for (; i < lanes; i++)
+                w0[i] = 0.0f;
+            for (i = 0; i < whole * per; i += GTAOI_W) {
+                GV base = GV_LOAD(w0 + i), least = GV_SET(FLT_MAX), most = GV_SET(-FLT_MAX), e0 = GV_LOAD(across + i);
+                GV sum_x = GV_SET(0.0f), sum_y = sum_x;
+                for (r = 0; r < GTAOI_CELL; r++) {
+                    GV row = GV_SET(0.0f);
+                    for (p = 0; p < phases; p++) {
+                        GV w = GV_LOAD(at + r * c->pitch + p * c->segment + i), d = GV_SUB(w, base);
+                        least = GV_MIN(least, w), most = GV_MAX(most, w);
+                        sum_x = GV_ADD(sum_x, GV_MUL(d, GV_ADD(e0, GV_SET((float)p))));
+                        row = GV_ADD(row, d);
+                    }
+                    sum_y = GV_ADD(sum_y, GV_MUL(row, GV_SET((float)r - half)));
+                }
+                GV_STORE(lowest + i, least), GV_STORE(highest + i, most);
+                GV_STORE(along_x + i, sum_x), GV_STORE(along_y + i, sum_y);
+            }
+            for (k = 0; k < whole; k++) { /* least squares: sum e^2 = 340 in each of 16 rows */
+                float a = 0.0f, b = 0.0f;
+                solid[k] = sky[k] = 1;
+                for (i = k * per; i < (k + 1) * per; i++) {
+                    solid[k] &= lowest[i] > GTAOI_SKY_LIMIT, sky[k] &= highest[i] <= GTAOI_SKY_LIMIT;
+                    a += along_x[i], b += along_y[i];
+                }
+                for (i = k * per; i < (k + 1) * per; i++)
+                    gx[i] = a * (1.0f / 5440.0f), gy[i] = b * (1.0f / 5440.0f);
+            }
+            for (i = 0; i < whole * per; i += GTAOI_W) {
+                GV base = GV_LOAD(w0 + i), e0 = GV_LOAD(across + i), g = GV_LOAD(gx + i), h = GV_LOAD(gy + i);
+                GV least = GV_SET(FLT_MAX), most = GV_SET(-FLT_MAX);
+                for (r = 0; r < GTAOI_CELL; r++) {
+                    GV row = GV_MUL(h, GV_SET((float)r - half));
+                    for (p = 0; p < phases; p++) {
+                        GV w = GV_LOAD(at + r * c->pitch + p * c->segment + i);
+                        GV d = GV_ADD(GV_MUL(g, GV_ADD(e0, GV_SET((float)p))), row);
+                        d = GV_SUB(GV_SUB(w, base), d);
+                        least = GV_MIN(least, d), most = GV_MAX(most, d);
+                    }
+                }
+                GV_STORE(down + i, least), GV_STORE(up + i, most);
+            }
+            for (k = 0; k < cells; k++) {
+                int cx = x / GTAOI_CELL + k;
+                ptrdiff_t to = cy * c->cell_pitch + cx;
+                if (sky[k]) {
+                    gtaoi_keep_cell(c, to, 0.0f, 0.0f, 0.0f, GTAOI_CELL_NONE, -GTAOI_CELL_NONE);
+                } else if (!solid[k]) {
+                    gtaoi_cell_rest(c, cx, cy);
+                } else {
+                    i = k * per;
+                    for (r = i + 1; r < i + per; r++)
+                        up[i] = gtaoi_max(up[i], up[r]), down[i] = gtaoi_min(down[i], down[r]);
+                    gtaoi_keep_cell(c, to, w0[i], gx[i], gy[i], up[i], down[i]);
+                }
+            }
+        }
+    }
+}
+
 GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
     int k;
     GTAOI_NAME(gtaoi_heights)(c, c->d.depth, c->d.depth_stride, c->w, y0, y1);
@@ -4021,6 +4384,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
         (c, c->layer[k].depth, c->layer[k].depth_stride, c->w + 2 * k * c->plane, y0, y1);
         GTAOI_NAME(gtaoi_backs)(c, k, y0, y1);
     }
+    if (c->skips)
+        GTAOI_NAME(gtaoi_cells)(c, y0, y1);
 }
 
 /* ---- one group of pixels ---------------------------------------------------------------------------------------- */
@@ -4052,7 +4417,7 @@ typedef struct GTAOI_FRAME {
     GV kappa_tangent; /* cot of the tangent plane's horizon on the + side: -tan n; the - side's is its negative */
     GV reach;         /* radius / |b_perp|: t^2 (1 + cot^2 h) <= (reach w)^2 lies within the radius */
     GV cos_tangent;   /* cosine of the tangent plane's horizon on the + side: -sin n; the - side's is its negative */
-    GV floor;         /* rises below are rounding, GTAOI_RISE_MIN of cot h */
+    GV floor;         /* rises below do not count, rise_min in cot h */
     GV n, open;       /* angle n, and the integral over the open slice: |np| (cos n + n sin n), uniform: 2 */
 } GTAOI_FRAME;
 
@@ -4166,18 +4531,19 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_visit)(const gtao_context *c, const GTAOI_PIXEL *p,
     return GTAOI_NAME(gtaoi_rise)(c, f, s, side, w, inv, rise, least, sample, orthographic, bounded, ring, 0);
 }
 
-/* The horizon search: samples [0, n0) on the + side, [0, n1) on the - side. `at` is the group's first pixel. Samples in
- * the falloff ring are only noted, and looked at when the full-weight ones of their chunk are in: fewer of them are above
+/* The horizon search: samples [0, n0) on the + side, [0, n1) on the - side, of which the first is number `begin` of its
+ * list. `at` is the group's first pixel. Samples in the falloff ring are only noted, and looked at when the full-weight ones of their chunk are in: fewer of them are above
  * these, and nothing has to be guessed on the way. */
 GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
-                                      GTAOI_HORIZONS *horizons, const float *at, const gtaoi_sample *q, int n0, int n1,
-                                      int orthographic, int bounded, int ring) {
+                                      GTAOI_HORIZONS *horizons, const float *at, const gtaoi_sample *q, int begin,
+                                      int n0, int n1, int orthographic, int bounded, int ring) {
     GTAOI_NO_CONTRACT
     enum { CHUNK = 32 };
+    int chunk = CHUNK - begin % CHUNK; /* chunks end at the same samples wherever the search begins: the same bits */
     GTAOI_HORIZONS s = *horizons;
     GTAOI_SAMPLE a, b;
-    for (; n0 > 0 || n1 > 0; n0 -= CHUNK, n1 -= CHUNK, q += CHUNK) {
-        int both = gtaoi_imin(gtaoi_imin(n0, n1), CHUNK), rest = gtaoi_imin(gtaoi_imax(n0, n1), CHUNK), j;
+    for (; n0 > 0 || n1 > 0; n0 -= chunk, n1 -= chunk, q += chunk, chunk = CHUNK) {
+        int both = gtaoi_imin(gtaoi_imin(n0, n1), chunk), rest = gtaoi_imin(gtaoi_imax(n0, n1), chunk), j;
         unsigned fading = 0;
         for (j = 0; j < both; j++) {
             GM fade_a = GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 0, at, q + j, &a, orthographic, bounded, ring);
@@ -4315,37 +4681,40 @@ GTAOI_FN void GTAOI_NAME(gtaoi_march_cosines)(const gtao_context *c, const GTAOI
 
 /* The variant of the search for this call. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
-                                       GTAOI_HORIZONS *s, const float *at, const gtaoi_sample *q, int n0, int n1,
-                                       const gtaoi_taps *near_taps, int n_near) {
+                                       GTAOI_HORIZONS *s, const float *at, const gtaoi_sample *q, int begin, int n0,
+                                       int n1, const gtaoi_taps *near_taps) {
     if (c->cosines)
         GTAOI_NAME(gtaoi_march_cosines)(c, p, f, s, at, q, n0, n1);
     else if (c->every_pixel)
-        GTAOI_NAME(gtaoi_march_every)(c, p, f, s, at, q, n0, n1, near_taps, n_near);
+        GTAOI_NAME(gtaoi_march_every)(c, p, f, s, at, q, n0, n1, near_taps + begin, GTAOI_NEAR - begin);
     else
-        GTAOI_NAME(gtaoi_march)(c, p, f, s, at, q, n0, n1, c->orthographic, c->bounded, 1);
+        GTAOI_NAME(gtaoi_march)(c, p, f, s, at, q, begin, n0, n1, c->orthographic, c->bounded, 1);
 }
 
 /* One list of samples: the part of it, from `begin`, that is over the image. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_list)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                             GTAOI_HORIZONS *s, const float *at, int index, const gtaoi_sample *q,
-                                            int begin, int n, int x, int y) {
+                                            int begin, int n0, int n1, int x, int y) {
     const gtaoi_taps *near_taps = c->taps + index * GTAOI_NEAR;
-    int n0 = n, n1 = n, x1 = x + (GTAOI_W - 1) * c->period;
+    int x1 = x + (GTAOI_W - 1) * c->period, want0 = n0, want1 = n1, n = gtaoi_imax(n0, n1);
+    if (n <= begin)
+        return;
     if (!gtaoi_interior(c, q + n - 1, x, x1, y))
-        n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
+        n0 = gtaoi_reach(c, q, n0, 1, x, x1, y), n1 = gtaoi_reach(c, q, n1, -1, x, x1, y);
     /* What lies outside an open border may be left out, but for the thickness heuristic, where sky too lowers horizons.
      * */
-    if ((c->d.border == GTAO_BORDER_OPEN && c->d.thin_blend == 0.0f) || (n0 == n && n1 == n)) {
+    if ((c->d.border == GTAO_BORDER_OPEN && c->d.thin_blend == 0.0f) || (n0 == want0 && n1 == want1)) {
         GTAOI_NAME(gtaoi_search)
-        (c, p, f, s, at, q + begin, gtaoi_imax(n0 - begin, 0), gtaoi_imax(n1 - begin, 0), near_taps + begin,
-         GTAOI_NEAR - begin);
+        (c, p, f, s, at, q + begin, begin, gtaoi_imax(n0 - begin, 0), gtaoi_imax(n1 - begin, 0), near_taps);
     } else {
         gtaoi_sample moved[GTAOI_CHUNK];
         int m, second_along_x = c->slice[index].x_major == 0;
         for (; begin < n; begin += m) {
-            m = gtaoi_imin(n - begin, GTAOI_CHUNK);
+            m = gtaoi_imin(n - begin, GTAOI_CHUNK - begin % GTAOI_CHUNK);
             gtaoi_remap(c, q + begin, m, x, y, second_along_x, moved);
-            GTAOI_NAME(gtaoi_search)(c, p, f, s, at, moved, m, m, near_taps + begin, GTAOI_NEAR - begin);
+            GTAOI_NAME(gtaoi_search)
+            (c, p, f, s, at, moved, begin, gtaoi_imax(gtaoi_imin(m, want0 - begin), 0),
+             gtaoi_imax(gtaoi_imin(m, want1 - begin), 0), near_taps);
         }
     }
 }
@@ -4361,9 +4730,9 @@ GTAOI_FI int GTAOI_NAME(gtaoi_first)(unsigned bits) {
 /* Search one slice of a group whose lanes share directions: lanes by radius class. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                              GTAOI_HORIZONS *s, const float *at, int index, GM active, int x, int y,
-                                             gtao_stats *stats) {
+                                             const gtaoi_tile *seen, gtao_stats *stats) {
     const int *count = c->count + (size_t)index * (size_t)c->classes;
-    int begin = 0, i, n, whole = 1;
+    int begin = 0, i, n, whole = 1, range[3];
     float keys[GTAOI_W];
     GV_STORE(keys, p->key);
     for (; GM_ANY(active); whole = 0) {
@@ -4386,13 +4755,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const GTAOI_
         } else {
             q = c->sample + ((size_t)index * (size_t)c->classes + (size_t)k) * (size_t)c->max_steps;
         }
-        stats->samples += (uint64_t)(2 * (n - begin) * gtaoi_popcount(c->every_pixel ? bits : GM_BITS(lanes)));
+        gtaoi_range(c, seen, index, q, n, range);
+        range[0] = gtaoi_imax(range[0], begin);
+        gtaoi_count_samples(range, begin, n, gtaoi_popcount(c->every_pixel ? bits : GM_BITS(lanes)), stats);
         if (whole && GM_BITS(lanes) == bits) { /* nearly always: all of one class */
-            GTAOI_NAME(gtaoi_search_list)(c, p, f, s, at, index, q, 0, n, x, y);
+            GTAOI_NAME(gtaoi_search_list)(c, p, f, s, at, index, q, range[0], range[1], range[2], x, y);
             return;
         }
         found = *s;
-        GTAOI_NAME(gtaoi_search_list)(c, p, f, &found, at, index, q, begin, n, x, y);
+        GTAOI_NAME(gtaoi_search_list)(c, p, f, &found, at, index, q, range[0], range[1], range[2], x, y);
         for (i = 0; i < 2; i++) {
             s->rise[i] = GV_SELECT(chosen, found.rise[i], s->rise[i]);
             s->cosine[i] = GV_SELECT(chosen, found.cosine[i], s->cosine[i]);
@@ -4434,15 +4805,21 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_own_rise)(const GTAOI_PIXEL *p, GV x, GV y, GV w) {
     return GV_DIV(rise, GV_SQRT(GV_ADD(GV_MUL(qx, qx), GV_MUL(qy, qy))));
 }
 
+/* Lanes whose sample at distance t may rise, whatever its direction; it may be a pixel off. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_may_matter)(const gtaoi_tile *seen, GV t) {
+    return GM_AND(GV_LE(GV_SET(0.99999f * seen->lo_all - 1.0f), t), GV_LE(t, GV_SET(1.00001f * seen->hi_all + 1.0f)));
+}
+
 /* Search one slice of a group with a direction and an offset for each pixel. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
-                                             GTAOI_HORIZONS *s, GM active, gtao_stats *stats) {
+                                             GTAOI_HORIZONS *s, GM active, const gtaoi_tile *seen, gtao_stats *stats) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
     GV ax = GV_ABS(f->dx), ay = GV_ABS(f->dy), unit = GV_MAX(ax, ay), radius, steps;
     GM along_x = GV_LE(ay, ax);
     float level[GTAOI_W], position[GTAOI_W];
     int i, j, side, n = c->max_steps, taps = c->every_pixel;
+    uint64_t left_out = 0;
     radius = GV_DIV(p->extent, GV_SQRT(f->bb));
     radius = GV_MIN(GV_MAX(radius, one), GV_SET(c->max_radius));
     steps = GV_MAX(GTAOI_NAME(gtaoi_floor)(GV_MUL(radius, unit)), one);
@@ -4457,9 +4834,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_
     } else {
         stats->samples += (uint64_t)(2 * n * gtaoi_popcount(GM_BITS(active)));
     }
+    if (seen && !(seen->lo_all <= seen->hi_all)) {
+        for (i = 0; i < GTAOI_W; i++)
+            if (GM_BITS(active) >> i & 1)
+                left_out += (uint64_t)(2 * (taps ? (int)position[i] : n));
+        n = 0;
+    }
     for (j = 0; j < n; j++) {
         GV qx, qy, inv, fraction = zero;
-        GM within = GV_LE(zero, zero);
+        GM within = GV_LE(zero, zero), rising;
         if (taps) {
             GV t = GV_DIV(GV_SET((float)(j + 1)), unit), px = GV_MUL(t, f->dx), py = GV_MUL(t, f->dy);
             within = GV_LE(GV_SET((float)(j + 1)), steps);
@@ -4467,6 +4850,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_
             qy = GV_SELECT(along_x, GTAOI_NAME(gtaoi_floor)(py), GTAOI_NAME(gtaoi_nearest)(py));
             fraction = GV_SELECT(along_x, GV_SUB(py, qy), GV_SUB(px, qx));
             inv = GV_DIV(one, t);
+            rising = seen ? GTAOI_NAME(gtaoi_may_matter)(seen, t) : within;
         } else {
             GV t;
             for (i = 0; i < GTAOI_W; i++)
@@ -4475,6 +4859,11 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_
             qx = GTAOI_NAME(gtaoi_nearest)(GV_MUL(t, f->dx));
             qy = GTAOI_NAME(gtaoi_nearest)(GV_MUL(t, f->dy));
             inv = GV_DIV(one, GV_SQRT(GV_ADD(GV_MUL(qx, qx), GV_MUL(qy, qy))));
+            rising = seen ? GTAOI_NAME(gtaoi_may_matter)(seen, t) : within;
+        }
+        if (!GM_ANY(rising)) {
+            left_out += (uint64_t)(2 * gtaoi_popcount(GM_BITS(GM_AND(active, within))));
+            continue;
         }
         for (side = 0; side < 2; side++) {
             GV x = side ? GV_SUB(p->x, qx) : GV_ADD(p->x, qx), y = side ? GV_SUB(p->y, qy) : GV_ADD(p->y, qy);
@@ -4513,6 +4902,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_
             }
         }
     }
+    stats->samples -= left_out, stats->samples_skipped += left_out;
 }
 
 /* ---- arcs: occluders with thickness ----------------------------------------------------------------------------- */
@@ -4791,12 +5181,15 @@ GTAOI_FI void GTAOI_NAME(gtaoi_begin_walk)(const GTAOI_PIXEL *p, int layer, GTAO
 /* One list of samples, all layers and both sides. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_layers)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                               GTAOI_HORIZONS *s, GTAOI_ARCS *a, const float *at, int index,
-                                              const gtaoi_sample *q, int n, GV count, int x, int y) {
+                                              const gtaoi_sample *q, const int range[3], GV count, int x, int y) {
     const gtaoi_taps *near_taps = c->taps + index * GTAOI_NEAR;
-    int x1 = x + (GTAOI_W - 1) * c->period, n0 = n, n1 = n, layer, begin, m;
-    int moves = !gtaoi_interior(c, q + n - 1, x, x1, y);
+    int x1 = x + (GTAOI_W - 1) * c->period, n0 = range[1], n1 = range[2], n = gtaoi_imax(n0, n1), layer, begin, m;
+    int start = gtaoi_imax(range[0] - 1, 0), moves; /* from the one before: surfaces may go on from it */
+    if (n <= range[0])
+        return;
+    moves = !gtaoi_interior(c, q + n - 1, x, x1, y);
     if (moves && c->d.border == GTAO_BORDER_OPEN) {
-        n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
+        n0 = gtaoi_reach(c, q, n0, 1, x, x1, y), n1 = gtaoi_reach(c, q, n1, -1, x, x1, y);
         moves = 0;
     }
     for (layer = 0; layer < c->layer_count; layer++) {
@@ -4805,13 +5198,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_layers)(const gtao_context *c, const GTAOI
         GTAOI_WALK walk;
         GTAOI_NAME(gtaoi_begin_walk)(p, layer, &walk);
         if (!moves)
-            GTAOI_NAME(gtaoi_search_columns)(c, p, f, s, a, &walk, from, q, near_taps, 0, n0, n1, count, clip);
-        for (begin = 0; moves && begin < n; begin += m) {
+            GTAOI_NAME(gtaoi_search_columns)
+        (c, p, f, s, a, &walk, from, q + start, near_taps, start, n0, n1, count, clip);
+        for (begin = start; moves && begin < n; begin += m) {
             gtaoi_sample moved[GTAOI_CHUNK];
             m = gtaoi_imin(n - begin, GTAOI_CHUNK);
             gtaoi_remap(c, q + begin, m, x, y, c->slice[index].x_major == 0, moved);
             GTAOI_NAME(gtaoi_search_columns)
-            (c, p, f, s, a, &walk, from, moved, near_taps, begin, begin + m, begin + m, count, clip);
+            (c, p, f, s, a, &walk, from, moved, near_taps, begin, gtaoi_imin(begin + m, n0), gtaoi_imin(begin + m, n1),
+             count, clip);
         }
     }
 }
@@ -4842,20 +5237,22 @@ GTAOI_FN void GTAOI_NAME(gtaoi_absorb)(GTAOI_HORIZONS *s, GTAOI_ARCS *a) {
 /* One slice of a group whose lanes share directions: lanes by radius class. */
 GTAOI_FN void GTAOI_NAME(gtaoi_arcs_table)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                            GTAOI_HORIZONS *s, GTAOI_ARCS *a, const float *at, int index, GM active,
-                                           int x, int y, gtao_stats *stats) {
+                                           int x, int y, const gtaoi_tile *seen, gtao_stats *stats) {
     const int *count = c->count + (size_t)index * (size_t)c->classes;
     const gtaoi_sample *q = c->sample + (size_t)index * (size_t)c->max_steps;
     float keys[GTAOI_W], counts[GTAOI_W];
-    int i, n, layers = c->layer_count;
+    int i, n, layers = c->layer_count, range[3];
     GV_STORE(keys, p->key);
     if (c->every_pixel) { /* one list, of which each lane has its part */
         for (n = 0, i = 0; i < GTAOI_W; i++) {
             int own = GM_BITS(active) >> i & 1 ? count[gtaoi_class(c, keys[i])] : 0;
             counts[i] = (float)own, n = gtaoi_imax(n, own);
-            stats->samples += (uint64_t)(2 * own * layers);
         }
+        gtaoi_range(c, seen, index, q, n, range);
+        for (i = 0; i < GTAOI_W; i++)
+            gtaoi_count_samples(range, 0, (int)counts[i], layers, stats);
         if (n > 0)
-            GTAOI_NAME(gtaoi_search_layers)(c, p, f, s, a, at, index, q, n, GV_LOAD(counts), x, y);
+            GTAOI_NAME(gtaoi_search_layers)(c, p, f, s, a, at, index, q, range, GV_LOAD(counts), x, y);
         active = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
     }
     while (GM_ANY(active)) {
@@ -4863,15 +5260,17 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_table)(const gtao_context *c, const GTAOI_PI
         GM lanes = GM_AND(active, GV_EQ(p->key, GV_SET(keys[first])));
         n = count[k];
         q = c->sample + ((size_t)index * (size_t)c->classes + (size_t)k) * (size_t)c->max_steps;
-        stats->samples += (uint64_t)(2 * n * layers * gtaoi_popcount(GM_BITS(lanes)));
-        GTAOI_NAME(gtaoi_search_layers)(c, p, f, s, a, at, index, q, n, GV_IF(lanes, GV_SET((float)n)), x, y);
+        gtaoi_range(c, seen, index, q, n, range);
+        gtaoi_count_samples(range, 0, n, layers * gtaoi_popcount(GM_BITS(lanes)), stats);
+        GTAOI_NAME(gtaoi_search_layers)(c, p, f, s, a, at, index, q, range, GV_IF(lanes, GV_SET((float)n)), x, y);
         active = GM_ANDNOT(active, lanes);
     }
 }
 
 /* One slice of a group with a direction and an offset for each pixel. */
 GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
-                                           GTAOI_HORIZONS *s, GTAOI_ARCS *a, GM active, gtao_stats *stats) {
+                                           GTAOI_HORIZONS *s, GTAOI_ARCS *a, GM active, const gtaoi_tile *seen,
+                                           gtao_stats *stats) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(1e6f);
     GV unit = GV_MAX(GV_ABS(f->dx), GV_ABS(f->dy)), radius, steps = GV_SET((float)c->max_steps);
@@ -4884,6 +5283,11 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PI
         steps = GV_MAX(GTAOI_NAME(gtaoi_floor)(GV_MUL(radius, unit)), one);
     steps = GV_IF(active, GV_MIN(steps, limit));
     GV_STORE(position, steps);
+    if (seen && seen->open) {
+        for (i = 0; i < GTAOI_W; i++)
+            stats->samples_skipped += (uint64_t)(2 * (int)position[i] * c->layer_count);
+        return;
+    }
     for (n = 0, i = 0; i < GTAOI_W; i++) {
         n = gtaoi_imax(n, (int)position[i]);
         stats->samples += (uint64_t)(2 * (int)position[i] * c->layer_count);
@@ -4948,12 +5352,12 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PI
 
 GTAOI_FN void GTAOI_NAME(gtaoi_search_arcs)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                             GTAOI_HORIZONS *s, GTAOI_ARCS *a, const float *at, int index, int k,
-                                            GM active, int x, int y, gtao_stats *stats) {
+                                            GM active, int x, int y, const gtaoi_tile *seen, gtao_stats *stats) {
     GTAOI_NAME(gtaoi_begin_slice_arcs)(c, p, f, k, a);
     if (c->per_pixel_noise)
-        GTAOI_NAME(gtaoi_arcs_noise)(c, p, f, s, a, active, stats);
+        GTAOI_NAME(gtaoi_arcs_noise)(c, p, f, s, a, active, seen, stats);
     else
-        GTAOI_NAME(gtaoi_arcs_table)(c, p, f, s, a, at, index, active, x, y, stats);
+        GTAOI_NAME(gtaoi_arcs_table)(c, p, f, s, a, at, index, active, x, y, seen, stats);
     GTAOI_NAME(gtaoi_absorb)(s, a);
 }
 
@@ -4996,8 +5400,8 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_kappa)(const gtao_context *c, const GTAOI_FRAME *f,
     const GV zero = GV_SET(0.0f);
     GV tangent = side ? GV_SUB(zero, f->kappa_tangent) : f->kappa_tangent;
     GV start = side ? GV_SUB(zero, f->cos_tangent) : f->cos_tangent, cosine = s->cosine[side];
-    GV kappa = GV_ADD(GV_MUL(s->rise[side], f->kappa_scale), tangent);
     GM above = GV_LT(f->floor, s->rise[side]);
+    GV kappa = GV_ADD(GV_MUL(GV_IF(above, s->rise[side]), f->kappa_scale), tangent);
     if (c->cosines || c->inv_falloff > 0.0f) {
         GM faded = GV_LT(start, cosine);
         if (GM_ANY(faded)) {
@@ -5557,7 +5961,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slice)(const gtao_context *c, const GTAOI_PIXEL *
     f->kappa_tangent = GV_SUB(zero, tangent);
     f->kappa_scale = GV_MUL(GV_MUL(p->len, p->inv_w0), f->inv_perp);
     f->reach = GV_MUL(GV_SET(c->reach), f->inv_perp);
-    f->floor = GV_MUL(GV_MUL(perp, GV_SET(GTAOI_RISE_MIN)), c->orthographic ? one : GV_MUL(p->w0, p->inv_len));
+    f->floor = GV_MUL(GV_MUL(perp, GV_SET(c->rise_min)), c->orthographic ? one : GV_MUL(p->w0, p->inv_len));
     f->cos_tangent = s->cosine[0] = s->cosine[1] = zero;
     np = GV_SQRT(GV_ADD(GV_MUL(p->nv, p->nv), GV_MUL(f->no, f->no)));
     if (c->cosines || c->inv_falloff > 0.0f) {
@@ -6014,6 +6418,224 @@ GTAOI_FN void GTAOI_NAME(gtaoi_add_far)(const gtao_context *c, const GTAOI_PIXEL
     }
 }
 
+/* ---- what can rise: tiles --------------------------------------------------------------------------------------- */
+
+/* Cells [cx, cx_end) of row cy, moved by (shift_x, shift_y) pixels, as a tile sees them. */
+GTAOI_FN void GTAOI_NAME(gtaoi_look_at)(const gtao_context *c, gtaoi_tile *t, gtaoi_looking *l, int cx, int cx_end,
+                                        int cy, float shift_x, float shift_y) {
+    GTAOI_NO_CONTRACT
+    const float half = 0.5f * (float)(GTAOI_CELL - 1), last = (float)(GTAOI_CELL - 1),
+                taps = c->every_pixel ? 2.0f : 0.0f;
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    const float y = (float)(cy * GTAOI_CELL) + shift_y;
+    const float gap_y = gtaoi_max(gtaoi_max(y - l->y1, l->y0 - (y + last)), 0.0f);
+    const GV gx = GV_SET(t->gx), gy = GV_SET(t->gy), along_y = GV_SET(t->gy * (y + half - l->y));
+    for (; cx < cx_end; cx += GTAOI_W) {
+        ptrdiff_t at = cy * c->cell_pitch + cx;
+        GV x = GV_ADD(GV_SET((float)(cx * GTAOI_CELL) + shift_x),
+                      GV_MUL(GTAOI_NAME(gtaoi_iota)(), GV_SET((float)GTAOI_CELL)));
+        GV gap = GV_MAX(GV_MAX(GV_SUB(x, GV_SET(l->x1)), GV_SUB(GV_SET(l->x0 - last), x)), zero);
+        GV distance = GV_SQRT(GV_ADD(GV_MUL(gap, gap), GV_SET(gap_y * gap_y)));
+        GV w = GV_SUB(GV_LOAD(c->cell[GTAOI_CELL_W0] + at), GV_SET(l->w));
+        GV along_x = GV_MUL(gx, GV_SUB(x, GV_SET(l->x - half))), up = GV_LOAD(c->cell[GTAOI_CELL_UP] + at), top, size;
+        GV turn = GV_ADD(GV_ABS(GV_SUB(GV_LOAD(c->cell[GTAOI_CELL_GX] + at), gx)),
+                         GV_ABS(GV_SUB(GV_LOAD(c->cell[GTAOI_CELL_GY] + at), gy)));
+        GM closed;
+        unsigned bits;
+        turn = GV_MUL(turn, GV_SET(half));
+        size = GV_ADD(GV_ADD(GV_ABS(w), turn), GV_ADD(GV_ABS(along_x), GV_ABS(along_y)));
+        top = GV_ADD(GV_SUB(w, GV_ADD(along_x, along_y)), GV_ADD(turn, GV_SUB(up, GV_SET(l->low))));
+        size = GV_ADD(size, GV_ADD(GV_ABS(up), GV_SET(gtaoi_abs(l->low))));
+        top = GV_ADD(top, GV_MUL(size, GV_SET(2.9802322e-7f))); /* rounding of the above: 5 times 2^-24 */
+        distance = GV_MAX(GV_SUB(distance, GV_SET(taps)), one);
+        closed = GM_OR(GV_LE(top, GV_MUL(GV_SET(l->room), distance)), GV_LT(GV_SET(l->radius), distance));
+        /* all of it farther behind, or in front, than the radius */
+        w = GV_LOAD(c->cell[GTAOI_CELL_W0] + at);
+        turn =
+            GV_MUL(GV_ADD(GV_ABS(GV_LOAD(c->cell[GTAOI_CELL_GX] + at)), GV_ABS(GV_LOAD(c->cell[GTAOI_CELL_GY] + at))),
+                   GV_SET(half));
+        closed = GM_OR(closed, GV_LT(GV_ADD(GV_ADD(w, turn), up), GV_SET(l->behind)));
+        closed =
+            GM_OR(closed, GV_LT(GV_SET(l->before), GV_ADD(GV_SUB(w, turn), GV_LOAD(c->cell[GTAOI_CELL_DOWN] + at))));
+        bits = GTAOI_ALL & ~GM_BITS(closed);
+        if (cx_end - cx < GTAOI_W)
+            bits &= (1u << (cx_end - cx)) - 1u;
+        if (bits) {
+            float tops[GTAOI_W], nearest[GTAOI_W];
+            GV_STORE(tops, top), GV_STORE(nearest, distance);
+            for (; bits; bits &= bits - 1u) {
+                int i = gtaoi_lowest(bits);
+                float left = (float)((cx + i) * GTAOI_CELL) + shift_x, x0 = left - l->x1, x1 = left + last - l->x0;
+                float y0 = y - l->y1, y1 = y + last - l->y0, farthest = l->radius, enough = tops[i] * l->inv_room;
+                if (enough < farthest)
+                    farthest = enough;
+                gtaoi_may_rise(t, l->all, x0 - 2.0f, x1 + 2.0f, y0 - 2.0f, y1 + 2.0f, nearest[i], farthest);
+            }
+        }
+    }
+}
+
+/* A tile of 64x16 pixels from (x, y) on: finds a plane close below its pixels, and what may rise above it around. */
+GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known, unsigned skips, int x, int y,
+                                     gtaoi_tile *t) {
+    GTAOI_NO_CONTRACT
+    const float half = 0.5f * (float)(GTAOI_CELL - 1), inf = (float)HUGE_VAL;
+    const float *w0 = c->cell[GTAOI_CELL_W0], *gx = c->cell[GTAOI_CELL_GX], *gy = c->cell[GTAOI_CELL_GY],
+                *up = c->cell[GTAOI_CELL_UP], *down = c->cell[GTAOI_CELL_DOWN];
+    int cx = x / GTAOI_CELL, cx_end = gtaoi_imin(cx + 4, c->cells_x), cy = y / GTAOI_CELL, i, n = 0, first = -1, far_y,
+        far_x;
+    int w = c->d.width, h = c->d.height, kx, ky, kx1 = 0, ky1 = 0, reach_y, wrap = c->d.border == GTAO_BORDER_WRAP;
+    ptrdiff_t row = cy * c->cell_pitch;
+    float nearest = -FLT_MAX, farthest = FLT_MAX, bottom = -FLT_MAX, len2 = 1.0f, len2_min = 1.0f, floor_, size, extent;
+    gtaoi_looking l;
+    t->sky = t->known = t->open = 0;
+    t->gx = t->gy = t->slack = 0.0f;
+    if (!known[cy])
+        return;
+    for (i = cx; i < cx_end; i++)
+        if (down[row + i] < 0.5f * -GTAOI_CELL_NONE)
+            t->gx += gx[row + i], t->gy += gy[row + i], n++, first = first < 0 ? i : first;
+    t->sky = n == 0;
+    if (n == 0 || !(skips & (GTAO_SKIP_OPEN | GTAO_SKIP_SECTORS)))
+        return;
+    t->gx /= (float)n, t->gy /= (float)n;
+    l.w = w0[row + first], l.x = (float)(first * GTAOI_CELL) + half, l.y = (float)(cy * GTAOI_CELL) + half;
+    l.x0 = (float)x, l.x1 = (float)gtaoi_imin(x + 63, w - 1);
+    l.y0 = (float)y, l.y1 = (float)gtaoi_imin(y + GTAOI_CELL - 1, h - 1);
+    l.low = FLT_MAX;
+    for (i = cx; i < cx_end; i++) {
+        ptrdiff_t at = row + i;
+        float ax = gx[at] - t->gx, ay = gy[at] - t->gy, along = t->gx * (float)((i - first) * GTAOI_CELL), d;
+        if (!(down[at] < 0.5f * -GTAOI_CELL_NONE))
+            continue;
+        ax = gtaoi_abs(ax), ay = gtaoi_abs(ay);
+        d = w0[at] - l.w;
+        size = gtaoi_abs(d) + gtaoi_abs(along) + half * (ax + ay) + gtaoi_abs(down[at]);
+        d = ((d - along) - half * (ax + ay)) + down[at] - 2.9802322e-7f * size;
+        l.low = gtaoi_min(l.low, d);
+        bottom = gtaoi_max(bottom, d - down[at] + up[at]);
+        size = half * (gtaoi_abs(gx[at]) + gtaoi_abs(gy[at]));
+        nearest = gtaoi_max(nearest, w0[at] + size + up[at]);
+        farthest = gtaoi_min(farthest, w0[at] - size + down[at]);
+    }
+    /* The floor of gtaoi_slice, floor = rise_min |b_perp| w0 / |r0|, from below: |b_perp| >= |b| / |r0|. */
+    if (!c->orthographic) {
+        float ax = ((l.x0 + 0.5f) - c->cx) * c->bx1, bx = ((l.x1 + 0.5f) - c->cx) * c->bx1;
+        float ay = ((l.y0 + 0.5f) - c->cy) * c->by1, by = ((l.y1 + 0.5f) - c->cy) * c->by1;
+        len2 = 1.0f + gtaoi_max(ax * ax, bx * bx) + gtaoi_max(ay * ay, by * by);
+        len2_min = 1.0f + (ax * bx > 0.0f ? gtaoi_min(ax * ax, bx * bx) : 0.0f) +
+                   (ay * by > 0.0f ? gtaoi_min(ay * ay, by * by) : 0.0f);
+        if (!(len2 < 256.0f))
+            return;
+    }
+    floor_ = 0.999f * c->rise_min * gtaoi_min(c->bx1, c->by1) * (c->orthographic ? 1.0f : farthest / len2);
+    /* Derived normals have the noise of depth, bumpy ground has its own. */
+    t->slack = (c->rise_min > GTAOI_RISE_MIN ? 0.5f : c->d.normals ? 0.125f : 0.25f) * floor_;
+    size = gtaoi_abs(t->gx) + gtaoi_abs(t->gy);
+    l.room = 0.999f * floor_ - t->slack - 3.8146973e-6f * (size + t->slack); /* 64 times 2^-24: rounding of g.q */
+    l.inv_room = 1.001f / l.room;
+    if (!(l.room > 0.0f && l.inv_room < FLT_MAX && bottom - l.low < 16.0f * l.room))
+        return;
+    /* How far the search goes, in pixels: classes are rounded up by a quarter at most. */
+    extent = c->extent_max;
+    if (c->orthographic) {
+        extent = c->reach;
+    } else if (c->bounded && !c->every_pixel) {
+        extent = nearest * sqrtf(len2) * c->reach;
+    } else if (c->bounded) { /* gtaoi_setup */
+        float sine = nearest * c->reach / sqrtf(len2_min), tangent = sine / sqrtf(1.0f - sine * sine), room;
+        room = 1.0f / sqrtf(len2) - tangent * sqrtf(1.0f - 1.0f / len2);
+        if (sine < 1.0f && room > 0.0f)
+            extent = sqrtf(len2) * tangent / room;
+    }
+    l.radius = extent * 1.26f / gtaoi_min(c->bx1, c->by1) + 2.0f;
+    if (!(l.radius < c->max_radius + 2.0f))
+        l.radius = c->max_radius + 2.0f;
+    if (c->pass)
+        l.radius = gtaoi_min(l.radius, (float)GTAO_SWEEP_NEAR * 1.5f + 2.0f);
+    l.behind = -FLT_MAX, l.before = FLT_MAX;
+    if (c->bounded && size < 500.0f * gtaoi_min(c->bx1, c->by1) * (c->orthographic ? 1.0f : farthest)) {
+        float reach = 1.01f * c->reach;
+        l.behind = c->orthographic ? farthest - reach : 1.0f / (1.0f / farthest + reach);
+        if (!(c->arcs && (c->clip || c->layer_count > 1)))
+            l.before = c->orthographic          ? nearest + reach
+                       : 1.0f / nearest > reach ? 1.0f / (1.0f / nearest - reach)
+                                                : FLT_MAX;
+    }
+    /* Worth it? A cell costs about as much as three samples of a group. */
+    size = (2.0f * l.radius + 64.0f) * (2.0f * l.radius + 16.0f) / (float)(GTAOI_CELL * GTAOI_CELL);
+    if (size > 96.0f * 2.0f * (float)c->slices * (c->every_pixel ? l.radius : (float)c->max_steps))
+        return;
+    for (i = 0; i < GTAOI_DIRECTIONS; i++)
+        t->lo[i] = inf, t->hi[i] = 0.0f;
+    l.all[0] = inf, l.all[1] = 0.0f;
+    far_x = far_y = (int)l.radius + 1;
+    if (wrap) {
+        kx1 = (x + 63 + far_x) / w, ky1 = (y + GTAOI_CELL - 1 + far_y) / h;
+    }
+    for (ky = wrap ? -((far_y - y + h - 1) / h) : 0; ky <= ky1; ky++) {
+        int begin = gtaoi_imax(y - far_y - ky * h, 0) / GTAOI_CELL;
+        int end = gtaoi_imin(y + GTAOI_CELL + far_y - ky * h, h);
+        for (i = begin; i * GTAOI_CELL < end; i++) {
+            float top = (float)(i * GTAOI_CELL + ky * h), gap;
+            gap = gtaoi_max(gtaoi_max(top - l.y1, l.y0 - (top + 2.0f * half)), 0.0f);
+            reach_y = gap < l.radius ? (int)sqrtf(l.radius * l.radius - gap * gap) + 2 : 2;
+            for (kx = wrap ? -((reach_y - x + w - 1) / w) : 0; kx <= kx1; kx++) {
+                int from = gtaoi_imax(x - reach_y - kx * w, 0) / GTAOI_CELL;
+                int to = gtaoi_imin(x + 64 + reach_y - kx * w, w);
+                to = (to + GTAOI_CELL - 1) / GTAOI_CELL;
+                if (from >= to)
+                    continue;
+                if (known[i])
+                    GTAOI_NAME(gtaoi_look_at)(c, t, &l, from, to, i, (float)(kx * w), (float)(ky * h));
+                else
+                    gtaoi_may_rise(t, l.all, (float)(from * GTAOI_CELL + kx * w) - l.x1 - 2.0f,
+                                   (float)(to * GTAOI_CELL + kx * w) - l.x0 + 2.0f, top - l.y1 - 2.0f,
+                                   top + 2.0f * half - l.y0 + 2.0f, gtaoi_max(gap - 2.0f, 1.0f), l.radius);
+            }
+        }
+    }
+    if (c->d.border == GTAO_BORDER_CLAMP) { /* what lies beyond the image is level, and may rise above a slope */
+        float r = l.radius + 2.0f, left = l.x0 + 1.0f, right = (float)w - l.x1, above = l.y0 + 1.0f,
+              below = (float)h - l.y1;
+        if (left < r)
+            gtaoi_may_rise(t, l.all, -r, -left + 66.0f, -r, r, gtaoi_max(left - 2.0f, 1.0f), l.radius);
+        if (right < r)
+            gtaoi_may_rise(t, l.all, right - 66.0f, r, -r, r, gtaoi_max(right - 2.0f, 1.0f), l.radius);
+        if (above < r)
+            gtaoi_may_rise(t, l.all, -r, r, -r, -above + 18.0f, gtaoi_max(above - 2.0f, 1.0f), l.radius);
+        if (below < r)
+            gtaoi_may_rise(t, l.all, -r, r, below - 18.0f, r, gtaoi_max(below - 2.0f, 1.0f), l.radius);
+    }
+    t->known = 1;
+    t->lo_all = l.all[0], t->hi_all = l.all[1];
+    for (i = 0; i < GTAOI_DIRECTIONS; i++) {
+        t->lo[i] = gtaoi_min(t->lo[i], l.all[0]), t->hi[i] = gtaoi_max(t->hi[i], l.all[1]);
+        t->lo_all = gtaoi_min(t->lo_all, t->lo[i]), t->hi_all = gtaoi_max(t->hi_all, t->hi[i]);
+    }
+    t->open = !(t->lo_all <= t->hi_all);
+}
+
+/* Which pixels of a group remain to be computed; in *seen what their search may leave out: null if nothing. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_open_group)(const GTAOI_PIXEL *p, GM active, const gtaoi_tile *t, unsigned skips,
+                                         const gtaoi_tile **seen, gtao_stats *stats) {
+    GTAOI_NO_CONTRACT
+    GV turn;
+    *seen = 0;
+    if (!t->known)
+        return active;
+    turn = GV_ADD(GV_ABS(GV_SUB(p->gx, GV_SET(t->gx))), GV_ABS(GV_SUB(p->gy, GV_SET(t->gy))));
+    if (GM_ANY(GM_ANDNOT(active, GV_LE(turn, GV_SET(t->slack)))))
+        return active;
+    if (t->open && (skips & GTAO_SKIP_OPEN)) {
+        stats->open += (uint64_t)gtaoi_popcount(GM_BITS(active));
+        return GV_LT(GV_SET(1.0f), GV_SET(0.0f));
+    }
+    if (skips & GTAO_SKIP_SECTORS)
+        *seen = t;
+    return active;
+}
+
 /* Four groups of pixels: the phases of one stretch of a row, or, if all directions are alike or each pixel has its own,
  * one group after the other. */
 typedef struct GTAOI_GROUPS {
@@ -6025,6 +6647,9 @@ typedef struct GTAOI_GROUPS {
     GV v[4], b[12], s[16];      /* visibility, bent normals: [group][component], signal: [plane][group] */
     float keys[4][GTAOI_LANES]; /* classes of the radius */
     gtaoi_over over[4][4];      /* of this row, by group and slice */
+    const gtaoi_tile *tile;     /* what they may see */
+    unsigned skips;
+    const gtaoi_tile *seen[4]; /* the same, null for groups that march everything */
 } GTAOI_GROUPS;
 
 /* A group of pixels that occlude nothing and have no result: sky, masked. */
@@ -6054,6 +6679,8 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *bl
     for (g = 0; g < groups; g++) {
         active[g] = GTAOI_NAME(gtaoi_setup)(c, &pixel[g], block->at[g], x0 + g * step, y, block->want[g],
                                             block->normals ? block->normals + 3 * g : 0, stats);
+        active[g] =
+            GTAOI_NAME(gtaoi_open_group)(&pixel[g], active[g], block->tile, block->skips, &block->seen[g], stats);
         any |= GM_ANY(active[g]);
         GTAOI_NAME(gtaoi_clear)(&sum[g]);
         if (c->o.sh)
@@ -6077,17 +6704,17 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *bl
         for (g = c->arcs ? groups : 0; g < groups; g++)
             if (GM_ANY(active[g])) {
                 if (c->per_pixel_noise)
-                    GTAOI_NAME(gtaoi_search_noise)(c, &pixel[g], &frame[g], &found[g], active[g], stats);
-                else
-                    GTAOI_NAME(gtaoi_search_table)
-                (c, &pixel[g], &frame[g], &found[g], block->at[g], first + g * stride, active[g], x0 + g * step, y,
-                 stats);
+                    GTAOI_NAME(gtaoi_search_noise)
+                (c, &pixel[g], &frame[g], &found[g], active[g], block->seen[g], stats);
+                else GTAOI_NAME(gtaoi_search_table)(c, &pixel[g], &frame[g], &found[g], block->at[g],
+                                                    first + g * stride, active[g], x0 + g * step, y, block->seen[g],
+                                                    stats);
             }
         for (g = c->arcs ? 0 : groups; g < groups; g++)
             if (GM_ANY(active[g]))
                 GTAOI_NAME(gtaoi_search_arcs)
         (c, &pixel[g], &frame[g], &found[g], &arcs[g], block->at[g], first + g * stride, k, active[g], x0 + g * step, y,
-         stats);
+         block->seen[g], stats);
         if (c->pass)
             GTAOI_NAME(gtaoi_add_far)(c, pixel, frame, found, active, groups, k, x0, y);
         for (g = 0; g < groups; g++)
@@ -6121,7 +6748,8 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *bl
 /* Search one slice of a group of the plain kind: lanes by radius class, nearly always of one. */
 GTAOI_FI void GTAOI_NAME(gtaoi_search_plain)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                              GTAOI_HORIZONS *s, const float *at, int index, GM active,
-                                             const float *keys, int x, int y, gtaoi_over *over, gtao_stats *stats) {
+                                             const float *keys, int x, int y, gtaoi_over *over, const gtaoi_tile *seen,
+                                             gtao_stats *stats) {
     GTAOI_NO_CONTRACT
     const int *count = c->count + (size_t)index * (size_t)c->classes;
     int x1 = x + (GTAOI_W - 1) * c->period, open = c->d.border == GTAO_BORDER_OPEN;
@@ -6130,25 +6758,28 @@ GTAOI_FI void GTAOI_NAME(gtaoi_search_plain)(const gtao_context *c, const GTAOI_
     do {
         float key = keys[gtaoi_lowest(bits)];
         GM own = GM_AND(active, GV_EQ(p->key, GV_SET(key)));
-        int radius = gtaoi_class(c, key), n = count[radius], n0 = n, n1 = n;
+        int radius = gtaoi_class(c, key), n = count[radius], n0 = n, n1 = n, range[3];
         const gtaoi_sample *q =
             c->sample + ((size_t)index * (size_t)c->classes + (size_t)radius) * (size_t)c->max_steps;
         int ax = gtaoi_imax(q[n - 1].qx, -q[n - 1].qx), ay = gtaoi_imax(q[n - 1].qy, -q[n - 1].qy);
         int over_rows = y >= ay && y + ay < c->d.height;
         int over_columns = ax <= beside || (x >= ax && x1 + ax < c->d.width);
         GTAOI_HORIZONS found = *s;
-        stats->samples += (uint64_t)(2 * n * gtaoi_popcount(GM_BITS(own)));
+        gtaoi_range(c, seen, index, q, n, range);
+        gtaoi_count_samples(range, 0, n, gtaoi_popcount(GM_BITS(own)), stats);
         if (open || (over_columns && over_rows)) {
             if (!over_columns)
                 n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
             else if (!over_rows)
                 gtaoi_rows_over(c, q, n, y, over, &n0, &n1);
-            GTAOI_NAME(gtaoi_march)(c, p, f, &found, at, q, n0, n1, 0, 1, 1);
+            GTAOI_NAME(gtaoi_march)
+            (c, p, f, &found, at, q + range[0], range[0], gtaoi_imin(n0, range[1]) - range[0],
+             gtaoi_imin(n1, range[2]) - range[0], 0, 1, 1);
         } else { /* copies, so that the group itself need not lie in memory */
             GTAOI_PIXEL pixel = *p;
             GTAOI_FRAME frame = *f;
             GTAOI_HORIZONS moved = *s;
-            GTAOI_NAME(gtaoi_search_list)(c, &pixel, &frame, &moved, at, index, q, 0, n, x, y);
+            GTAOI_NAME(gtaoi_search_list)(c, &pixel, &frame, &moved, at, index, q, range[0], range[1], range[2], x, y);
             found = moved;
         }
         s->rise[0] = GV_SELECT(own, found.rise[0], s->rise[0]), s->rise[1] = GV_SELECT(own, found.rise[1], s->rise[1]);
@@ -6169,6 +6800,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS 
     for (g = 0; g < block->groups; g++) {
         active[g] = GTAOI_NAME(gtaoi_setup)(c, &p[g], block->at[g], block->x + g * block->step, y, block->want[g],
                                             block->normals ? block->normals + 3 * g : 0, stats);
+        active[g] = GTAOI_NAME(gtaoi_open_group)(&p[g], active[g], block->tile, block->skips, &block->seen[g], stats);
         any |= GM_ANY(active[g]);
         GV_STORE(block->keys[g], p[g].key);
         GTAOI_NAME(gtaoi_clear)(&sum[g]);
@@ -6183,7 +6815,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS 
             if (GM_ANY(active[g]))
                 GTAOI_NAME(gtaoi_search_plain)
         (c, &p[g], &f[g], &s[g], block->at[g], first + g * stride, active[g], block->keys[g],
-         block->x + g * block->step, y, &block->over[g][k & 3], stats);
+         block->x + g * block->step, y, &block->over[g][k & 3], block->seen[g], stats);
         for (g = 0; g < block->groups; g++)
             GTAOI_NAME(gtaoi_integrate)(c, &p[g], &f[g], &s[g], &sum[g]);
     }
@@ -6195,6 +6827,47 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS 
         if (c->bent)
             block->b[3 * g] = p[g].nx, block->b[3 * g + 1] = p[g].ny, block->b[3 * g + 2] = p[g].nz;
     }
+}
+
+/* A whole block in an open tile: whether all its tangent planes are the tile's, told without the work of gtaoi_setup.
+ * With n.r0 < 0 and g = w0 (nx / fx, ny / fy) / n.r0, |g - G| <= slack is |w0 (nx / fx, ny / fy) - G n.r0| <= -slack n.r0;
+ * the margin is the rounding of both. */
+GTAOI_FN int GTAOI_NAME(gtaoi_block_open)(const gtao_context *c, GTAOI_GROUPS *block, gtao_stats *stats) {
+    GTAOI_NO_CONTRACT
+    const gtaoi_tile *t = block->tile;
+    const GV zero = GV_SET(0.0f), limit = GV_SET(GTAOI_SKY_LIMIT), gx = GV_SET(t->gx), gy = GV_SET(t->gy);
+    float least = 0.999f * t->slack - 9.5367432e-7f * (gtaoi_abs(t->gx) + gtaoi_abs(t->gy) + t->slack);
+    float ry = gtaoi_clamp(((float)block->y + 0.5f - c->cy) * c->by1, -GTAOI_RAY_LIMIT, GTAOI_RAY_LIMIT);
+    int g;
+    for (g = 0; g < block->groups; g++) {
+        GTAOI_PIXEL p;
+        GV w0 = GV_LOAD(block->at[g]), rr = GV_SET(1.0f), nr, off;
+        GM good = GV_LT(limit, w0), missing;
+        p.rx = p.ry = zero;
+        if (!c->orthographic) {
+            GV x = GV_SET((float)(block->x + g * block->step));
+            p.x = GV_ADD(x, GV_MUL(GTAOI_NAME(gtaoi_iota)(), GV_SET((float)c->period)));
+            p.rx = GV_MUL(GV_SUB(GV_ADD(p.x, GV_SET(0.5f)), GV_SET(c->cx)), GV_SET(c->bx1));
+            p.ry = GV_SET(ry);
+            rr = GV_ADD(GV_ADD(GV_MUL(p.rx, p.rx), GV_SET(ry * ry)), rr);
+        } else {
+            w0 = rr;
+        }
+        missing = GTAOI_NAME(gtaoi_load_normals)(c, &p, block->normals[3 * g], block->normals[3 * g + 1],
+                                                 block->normals[3 * g + 2]);
+        nr = GV_ADD(GV_ADD(GV_MUL(p.nx, p.rx), GV_MUL(p.ny, p.ry)), p.nz);
+        off = GV_ABS(GV_SUB(GV_MUL(w0, GV_MUL(p.nx, GV_SET(c->bx1))), GV_MUL(gx, nr)));
+        off = GV_ADD(off, GV_ABS(GV_SUB(GV_MUL(w0, GV_MUL(p.ny, GV_SET(c->by1))), GV_MUL(gy, nr))));
+        good = GM_ANDNOT(GM_AND(good, GV_LE(off, GV_MUL(nr, GV_SET(-least)))), missing);
+        good = GM_AND(good, GV_LT(GV_MUL(rr, GV_SET(1.01f * GTAOI_FACING_MIN * GTAOI_FACING_MIN)), GV_MUL(nr, nr)));
+        if (GM_BITS(good) != GTAOI_ALL)
+            return 0;
+        block->v[g] = GV_SET(1.0f);
+        if (c->bent)
+            block->b[3 * g] = p.nx, block->b[3 * g + 1] = p.ny, block->b[3 * g + 2] = p.nz;
+    }
+    stats->open += (uint64_t)block->count;
+    return 1;
 }
 
 /* The block's results to the caller's buffers, in image order. */
@@ -6227,7 +6900,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_store)(const gtao_context *c, const GTAOI_G
         gtaoi_store(c, block->x + j, block->y, last - j, image_v + j, image_b + 3 * j, image_s);
 }
 
-GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1, gtao_stats *stats) {
+GTAOI_FN void GTAOI_NAME(gtaoi_rows)(const gtao_context *c, int y0, int y1, int x_from, int x_to,
+                                     const gtaoi_tile *tiles, unsigned skips, gtao_stats *stats) {
     enum { BLOCK = 4 * GTAOI_W };
     const gtao_desc *d = &c->d;
     int x0, y, i, g, k, period = c->period, components = d->normal_components;
@@ -6238,12 +6912,17 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
         const uint8_t *mask = d->mask ? d->mask + (ptrdiff_t)y * d->mask_stride : 0;
         const float *row = gtaoi_row(c, y) + GTAOI_PAD;
         memset(block.over, 0, sizeof block.over);
-        for (x0 = c->x_begin & ~63; x0 < c->x_end; x0 += BLOCK) {
+        for (x0 = x_from; x0 < x_to; x0 += BLOCK) {
             float wanted[BLOCK];
             GV n[12];
             int count = gtaoi_imin(BLOCK, d->width - x0), j;
             if (c->frame && gtaoi_at_rest(c->frame, x0 / GTAOI_TILE_W, y / GTAOI_TILE_H, 2)) {
                 stats->unchanged += (uint64_t)count;
+                continue;
+            }
+            block.tile = &tiles[(x0 - x_from) >> 6], block.skips = skips;
+            if (block.tile->sky && (skips & GTAO_SKIP_SKY) && !c->bent) {
+                gtaoi_store_sky(c, x0, y, count, stats);
                 continue;
             }
             block.x = x0, block.y = y, block.count = count;
@@ -6274,12 +6953,40 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 GTAOI_PREFETCH(from + 8 * BLOCK * components, BLOCK * components);
                 GTAOI_NAME(gtaoi_read_normals)(from, components, period, count, n);
             }
-            if (c->plain)
+            if (block.tile->open && (skips & GTAO_SKIP_OPEN) && normals && !mask && count == BLOCK && !c->o.sh &&
+                GTAOI_NAME(gtaoi_block_open)(c, &block, stats))
+                ; /* nothing is left to do */
+            else if (c->plain)
                 GTAOI_NAME(gtaoi_block_plain)(c, &block, stats);
             else if (!GTAOI_NAME(gtaoi_block_any)(c, &block, stats))
                 continue;
             stats->pixels += (uint64_t)count;
             GTAOI_NAME(gtaoi_block_store)(c, &block);
+        }
+    }
+}
+
+/* Strips of rows, in stretches of tiles: first what can rise in them, then row by row. */
+GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1, gtao_stats *stats) {
+    gtaoi_tile tiles[GTAOI_SPAN];
+    uint8_t known[32768 / GTAOI_CELL];
+    unsigned skips = c->skips;
+    int x, y, i, end, right;
+    memset(tiles, 0, sizeof tiles);
+    if (c->pass) /* far horizons join: only samples can be left out */
+        skips &= c->pass->tilt_x ? 0u : (unsigned)GTAO_SKIP_SECTORS;
+    if (skips)
+        gtaoi_known_cells(c, known);
+    for (y = y0; y < y1; y = end) {
+        int worth_it = skips != 0;
+        end = gtaoi_imin((y / GTAOI_CELL + 1) * GTAOI_CELL, y1);
+        if (end - y < GTAOI_CELL / 4 && end < c->d.height) /* a few rows do not pay for it */
+            worth_it = 0, memset(tiles, 0, sizeof tiles);
+        for (x = c->x_begin & ~63; x < c->x_end; x = right) {
+            right = gtaoi_imin(x + 64 * GTAOI_SPAN, c->x_end);
+            for (i = 0; worth_it && x + 64 * i < right; i++)
+                GTAOI_NAME(gtaoi_look)(c, known, skips, x + 64 * i, y - y % GTAOI_CELL, &tiles[i]);
+            GTAOI_NAME(gtaoi_rows)(c, y, end, x, right, tiles, skips, stats);
         }
     }
 }

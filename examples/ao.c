@@ -35,6 +35,7 @@ enum {
     OPT_RADIUS,
     OPT_FALLOFF,
     OPT_MAX_RADIUS_PX,
+    OPT_TOLERANCE,
     OPT_THIN_BLEND,
     OPT_THICKNESS,
     OPT_THICKNESS_MAP,
@@ -72,7 +73,7 @@ typedef struct options {
     cli_axes normal_axes; /* which of the file's axes the library's x, y, z are read from */
     float normal_to_view[9];
     float focal[2], center[2], fov_y_degrees, pixel_size;
-    float radius, falloff, thin_blend, thickness, albedo[3];
+    float radius, falloff, tolerance, thin_blend, thickness, albedo[3];
     int max_radius_px, preset, slices, steps, estimator, weighting, noise, frame, border, isa;
     int half, denoise, no_skip;
     int threads, repeat;
@@ -142,6 +143,8 @@ static const cli_option option_table[OPT_COUNT] = {
                      CLI_FLOAT(options, falloff, 0, 1, "0..1")},
     [OPT_MAX_RADIUS_PX] = {"--max-radius-px", "N", "cap of the search in pixels (0: none)",
                            CLI_INTEGER(options, max_radius_px, 0, 1 << 20, "an integer, 0 or more")},
+    [OPT_TOLERANCE] = {"--tolerance", "E", "error of the visibility that may be traded for speed, 0..1 (0)",
+                       CLI_FLOAT(options, tolerance, 0, 1, "0..1")},
     [OPT_THIN_BLEND] = {"--thin-blend", "B", "thickness heuristic of [J16], 0..1 (0: off)",
                         CLI_FLOAT(options, thin_blend, 0, 1, "0..1")},
     [OPT_THICKNESS] = {"--thickness", "T", "occluders are slabs of T world units (0: height field)",
@@ -502,6 +505,8 @@ static void set_desc(job *j) {
     desc->slices = o->slices;
     desc->steps = o->steps;
     desc->every_pixel = o->given[OPT_STEPS] && o->steps == 0;
+    desc->tolerance = o->tolerance;
+    desc->no_skip = o->no_skip ? (unsigned)GTAO_SKIP_ALL : 0;
     desc->thin_blend = o->thin_blend;
     desc->thickness = o->thickness;
     desc->thickness_map = j->thickness.data;
@@ -524,7 +529,6 @@ static void set_desc(job *j) {
     j->frame.spatial_passes = o->denoise;
     j->frame.no_spatial = o->denoise == 0 && (!o->sequence || o->given[OPT_DENOISE]);
     j->frame.no_temporal = !o->sequence;
-    j->frame.no_skip = o->no_skip;
 }
 
 /* The option behind a field of the descriptor that the library refuses. */
@@ -558,6 +562,8 @@ static const char *option_of(const options *o, gtao_result result) {
         return "--slices";
     case GTAO_ERROR_STEPS:
         return "--steps";
+    case GTAO_ERROR_ALLOWED:
+        return "--tolerance";
     case GTAO_ERROR_THIN_BLEND:
         return "--thin-blend";
     case GTAO_ERROR_THICKNESS:
@@ -679,9 +685,9 @@ static int compute_once(job *j, double seconds[STAGES_MAX]) {
         if (result != GTAO_OK)
             return library_error(j, result);
         stage_done(j, "begin", seconds, &since);
-        pool_run(j->workers, rows, 0, prepare_rows, NULL, j);
+        pool_run(j->workers, rows, GTAO_STRIP, prepare_rows, NULL, j);
         stage_done(j, "prepare", seconds, &since);
-        pool_run(j->workers, rows, 0, visibility_rows, show_progress, j);
+        pool_run(j->workers, rows, GTAO_STRIP, visibility_rows, show_progress, j);
         stage_done(j, "visibility", seconds, &since);
     }
     if (j->color.data) {
@@ -707,11 +713,13 @@ static void stats_text(const job *j, const double ms[STAGES_MAX], double total_m
                               s + 1 < j->stages ? "," : "");
     snprintf(text + n, size - n,
              "  ],\n  \"samples\": %llu,\n  \"derived_normals\": %llu,\n"
-             "  \"skipped\": {\"sky\": %llu, \"masked\": %llu, \"small_radius\": %llu, "
-             "\"unchanged\": %llu}\n}\n",
+             "  \"skipped\": {\"sky\": %llu, \"masked\": %llu, \"small_radius\": %llu, \"sky_blocks\": %llu, "
+             "\"open\": %llu, \"samples\": %llu, \"unchanged\": %llu}\n}\n",
              (unsigned long long)j->total.samples, (unsigned long long)j->total.derived_normals,
              (unsigned long long)j->total.sky, (unsigned long long)j->total.masked,
-             (unsigned long long)j->total.small_radius, (unsigned long long)j->total.unchanged);
+             (unsigned long long)j->total.small_radius, (unsigned long long)j->total.sky_skipped,
+             (unsigned long long)j->total.open, (unsigned long long)j->total.samples_skipped,
+             (unsigned long long)j->total.unchanged);
 }
 
 /* The pixels lie in the picture where the depth's did. */
@@ -855,6 +863,9 @@ static int compute(job *j, double ms[STAGES_MAX], double *total_ms) {
             j->total.small_radius += j->stats[t].small_radius;
             j->total.derived_normals += j->stats[t].derived_normals;
             j->total.samples += j->stats[t].samples;
+            j->total.sky_skipped += j->stats[t].sky_skipped;
+            j->total.open += j->stats[t].open;
+            j->total.samples_skipped += j->stats[t].samples_skipped;
             j->total.unchanged += j->stats[t].unchanged;
             memset(&j->stats[t], 0, sizeof j->stats[t]);
         }

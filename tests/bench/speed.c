@@ -164,8 +164,8 @@ static void run_threads(void *user) {
     if (gtao_begin(&j->desc, &j->output, j->picture->scratch, j->picture->scratch_size, &context) != GTAO_OK)
         exit(1);
     j->context = context;
-    pool_run(j->threads, j->desc.height, 0, prepare_rows, NULL, j);
-    pool_run(j->threads, j->desc.height, 0, visibility_rows, NULL, j);
+    pool_run(j->threads, j->desc.height, GTAO_STRIP, prepare_rows, NULL, j);
+    pool_run(j->threads, j->desc.height, GTAO_STRIP, visibility_rows, NULL, j);
 }
 
 static void run_transcription(void *user) {

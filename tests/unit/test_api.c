@@ -106,6 +106,9 @@ enum { NULL_DESC = 1, NULL_OUTPUT = 2 };
     X(thin_blend_negative, GTAO_ERROR_THIN_BLEND, c->desc.thin_blend = -0.01f)                                         \
     X(thin_blend_large, GTAO_ERROR_THIN_BLEND, c->desc.thin_blend = 1.01f)                                             \
     X(thin_blend_nan, GTAO_ERROR_THIN_BLEND, c->desc.thin_blend = float_nan())                                         \
+    X(tolerance_negative, GTAO_ERROR_ALLOWED, c->desc.tolerance = -0.01f)                                              \
+    X(tolerance_large, GTAO_ERROR_ALLOWED, c->desc.tolerance = 1.01f)                                                  \
+    X(tolerance_nan, GTAO_ERROR_ALLOWED, c->desc.tolerance = float_nan())                                              \
     X(thickness_negative, GTAO_ERROR_THICKNESS, c->desc.thickness = -0.01f)                                            \
     X(thickness_nan, GTAO_ERROR_THICKNESS, c->desc.thickness = float_nan())                                            \
     X(thickness_map_stride_short, GTAO_ERROR_THICKNESS_MAP, behind(&c->desc, 1, 4 * WIDTH - 4))                        \

@@ -499,13 +499,13 @@ static void test_occluders_with_thickness(void **state) {
 static void test_help(void **state) {
     (void)state;
     static const char *const options[] = {
-        "--depth ",  "--depth-kind ", "--device-scale ",  "--device-bias ", "--normal ", "--normal-axes ",
-        "--focal ",  "--center ",     "--fov-y ",         "--ortho ",       "--radius ", "--normal-to-view ",
-        "--falloff", "--thin-blend ", "--thickness ",     "--preset ",      "--slices ", "--max-radius-px ",
-        "--steps ",  "--estimator ",  "--weighting ",     "--noise ",       "--frame ",  "--half ",
-        "--denoise", "--albedo ",     "--border ",        "--sky ",         "--bent ",   "--isa ",
-        "--sh ",     "--threads",     "--no-skip ",       "--repeat ",      "--stats ",  "-o FILE",
-        "--back ",   "--layer ",      "--thickness-map ",
+        "--depth ",         "--depth-kind ", "--device-scale ", "--device-bias ",   "--normal ", "--normal-axes ",
+        "--focal ",         "--center ",     "--fov-y ",        "--ortho ",         "--radius ", "--normal-to-view ",
+        "--falloff",        "--tolerance ",  "--thin-blend ",   "--thickness ",     "--preset ", "--slices ",
+        "--max-radius-px ", "--steps ",      "--estimator ",    "--weighting ",     "--noise ",  "--frame ",
+        "--half ",          "--denoise",     "--albedo ",       "--border ",        "--sky ",    "--bent ",
+        "--isa ",           "--sh ",         "--threads",       "--no-skip ",       "--repeat ", "--stats ",
+        "-o FILE",          "--back ",       "--layer ",        "--thickness-map ",
     };
     run_well("--help");
     for (size_t i = 0; i < sizeof options / sizeof *options; ++i)
@@ -534,6 +534,7 @@ static void test_bad_options(void **state) {
         {"--max-radius-px -1", "--max-radius-px"},
         {"--max-radius-px 1.5", "--max-radius-px"},
         {"--thin-blend 2", "--thin-blend"},
+        {"--tolerance 1.5", "--tolerance"},
         {"--preset best", "--preset"},
         {"--slices 0", "--slices"},
         {"--slices 65", "--slices"},
