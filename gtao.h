@@ -1303,6 +1303,7 @@ typedef struct gtaoi_slice {
     float bx, by; /* the same in units of the ray r: (dx / fx, dy / fy), or (dx, dy sy / sx) orthographic */
     float bb;     /* |b|^2 */
     int x_major;  /* |dx| >= |dy| */
+    int sector;   /* gtaoi_direction of the + side; the - side's is eight on */
 } gtaoi_slice;
 
 struct gtao_context {
@@ -1699,6 +1700,21 @@ static int gtaoi_fill_every(const gtao_context *c, gtaoi_sample *s, gtaoi_taps *
     return n;
 }
 
+/* The sector of a direction, 0 .. 15: never falls as it turns from +x by +y and -x back to +x. */
+static int gtaoi_direction(float x, float y) {
+    GTAOI_NO_CONTRACT
+    const float half = 0.41421356f; /* tan(pi / 8) */
+    int k = 0;
+    float t;
+    if (y < 0.0f)
+        x = -x, y = -y, k = 8;
+    if (x <= 0.0f)
+        t = x, x = y, y = -t, k += 4;
+    if (y <= x)
+        return (k + (y > half * x)) & (GTAOI_DIRECTIONS - 1);
+    return (k + 3 - (x > half * y)) & (GTAOI_DIRECTIONS - 1);
+}
+
 static void gtaoi_fill_tables(gtao_context *c, const gtaoi_layout *l) {
     GTAOI_NO_CONTRACT
     int px, py, k, r;
@@ -1720,6 +1736,7 @@ static void gtaoi_fill_tables(gtao_context *c, const gtaoi_layout *l) {
                 s->bx = (float)bx, s->by = (float)by;
                 s->bb = (float)(bx * bx + by * by);
                 s->x_major = (dx < 0.0 ? -dx : dx) >= (dy < 0.0 ? -dy : dy);
+                s->sector = gtaoi_direction(s->dx, s->dy);
                 if (c->per_pixel_noise)
                     continue;
                 if (c->every_pixel)
@@ -2177,7 +2194,7 @@ GTAOI_INLINE int gtaoi_highest(unsigned m) {
 #endif
 }
 
-GTAOI_INLINE int gtaoi_popcount(unsigned m) { /* of 16 bits */
+GTAOI_INLINE int gtaoi_popcount(unsigned m) {    /* of 16 bits */
     if (m == 0xffffu || m == 0xffu || m == 0xfu) /* whole groups */
         return m == 0xffffu ? 16 : m == 0xffu ? 8 : 4;
     m = (m & 0x5555u) + (m >> 1 & 0x5555u);
@@ -2277,6 +2294,28 @@ static void gtaoi_keep_cell(const gtao_context *c, ptrdiff_t at, float w0, float
     c->cell[GTAOI_CELL_DOWN][at] = down;
 }
 
+/* A plane for cell k of a stretch, through four of its pixels, for its lanes; level if one of them is sky. Any plane is
+ * right: a better one is tighter. */
+static void gtaoi_cell_plane(const gtao_context *c, const float *at, int rows, int per, int k, float *w0, float *gx,
+                             float *gy) {
+    GTAOI_NO_CONTRACT
+    const int first = 1, last = 14, shift = c->period == 4 ? 2 : 0, mask = c->period - 1;
+    int i, below = gtaoi_imin(last, rows - 1);
+    float w[4], mean = 0.0f, x = 0.0f, y = 0.0f;
+    for (i = 0; i < 4; i++) {
+        int column = k * GTAOI_CELL + (i & 1 ? last : first), row = i & 2 ? below : gtaoi_imin(first, below);
+        w[i] = at[row * c->pitch + (column & mask) * c->segment + (column >> shift)];
+        mean = w[i] > GTAOI_SKY_LIMIT ? w[i] : mean;
+    }
+    if (below > first && w[0] > GTAOI_SKY_LIMIT && w[1] > GTAOI_SKY_LIMIT && w[2] > GTAOI_SKY_LIMIT &&
+        w[3] > GTAOI_SKY_LIMIT) {
+        x = ((w[1] - w[0]) + (w[3] - w[2])) * (0.5f / (float)(last - first));
+        y = ((w[2] - w[0]) + (w[3] - w[1])) * (0.5f / (float)(below - first));
+    }
+    for (i = k * per; i < (k + 1) * per; i++)
+        w0[i] = mean, gx[i] = x, gy[i] = y;
+}
+
 /* A cell of which not all pixels are there, or not all are of the first layer. */
 static void gtaoi_cell_rest(const gtao_context *c, int cx, int cy) {
     GTAOI_NO_CONTRACT
@@ -2321,21 +2360,6 @@ static void gtaoi_cell_rest(const gtao_context *c, int cx, int cy) {
     gtaoi_keep_cell(c, at, w0, gx, gy, up, down);
 }
 
-/* The sector of a direction, 0 .. 15: never falls as it turns from +x by +y and -x back to +x. */
-static int gtaoi_direction(float x, float y) {
-    GTAOI_NO_CONTRACT
-    const float half = 0.41421356f; /* tan(pi / 8) */
-    int k = 0;
-    float t;
-    if (y < 0.0f)
-        x = -x, y = -y, k = 8;
-    if (x <= 0.0f)
-        t = x, x = y, y = -t, k += 4;
-    if (y <= x)
-        return (k + (y > half * x)) & (GTAOI_DIRECTIONS - 1);
-    return (k + 3 - (x > half * y)) & (GTAOI_DIRECTIONS - 1);
-}
-
 /* Something may rise at distances lo .. hi in the directions from (0, 0) to the box. `all`: bounds that hold for every
  * direction. */
 static void gtaoi_may_rise(gtaoi_tile *t, float all[2], float x0, float x1, float y0, float y1, float lo, float hi) {
@@ -2369,11 +2393,12 @@ static void gtaoi_range(const gtao_context *c, const gtaoi_tile *t, int index, c
     int side, begin, end, mid;
     range[0] = t ? n : 0, range[1] = range[2] = t ? 0 : n;
     for (side = 0; t && side < 2; side++) {
-        int k = gtaoi_direction(side ? -s->dx : s->dx, side ? -s->dy : s->dy);
+        int k = (s->sector + side * GTAOI_DIRECTIONS / 2) & (GTAOI_DIRECTIONS - 1);
         float lo = t->lo[k] * 0.99999f, hi = t->hi[k] * 1.00001f;
         if (!(lo <= hi))
             continue;
-        for (begin = 0, end = n; begin < end;) { /* the first that is not nearer than lo */
+        begin = 0, end = n;
+        while (begin < end && q[0].inv_length * lo > 1.0f) { /* the first that is not nearer than lo */
             mid = (begin + end) / 2;
             if (q[mid].inv_length * lo > 1.0f)
                 begin = mid + 1;
@@ -2381,7 +2406,8 @@ static void gtaoi_range(const gtao_context *c, const gtaoi_tile *t, int index, c
                 end = mid;
         }
         range[0] = gtaoi_imin(range[0], begin);
-        for (end = n; begin < end;) { /* the first that is farther than hi */
+        end = n;
+        while (begin < end && q[n - 1].inv_length * hi < 1.0f) { /* the first that is farther than hi */
             mid = (begin + end) / 2;
             if (q[mid].inv_length * hi >= 1.0f)
                 begin = mid + 1;
@@ -4288,104 +4314,123 @@ GTAOI_FN void GTAOI_NAME(gtaoi_backs)(const gtao_context *c, int k, int y0, int 
     }
 }
 
-/* The cells that lie in rows [y0, y1). Vectors run over pixels of one phase, whose lanes are joined at the end: the same
- * sums whatever the width. */
-GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int y0, int y1) {
+/* The bounds of one phase's pixels of cells above planes, w - w0 - (g.y) - (g.x); `mixed`: of those that are not sky. */
+GTAOI_FI void GTAOI_NAME(gtaoi_cell_bounds)(const float *at, ptrdiff_t pitch, int rows, const GV lines[GTAOI_CELL],
+                                            GV base, GV column, int mixed, GV *least, GV *most) {
+    GTAOI_NO_CONTRACT
+    const GV limit = GV_SET(GTAOI_SKY_LIMIT), none = GV_SET(-GTAOI_CELL_NONE);
+    GV low = none, high = GV_SET(GTAOI_CELL_NONE);
+    int r;
+    for (r = 0; r < rows; r++, at += pitch) {
+        GV w = GV_LOAD(at), d = GV_SUB(GV_SUB(w, base), lines[r]);
+        if (mixed) {
+            GM solid = GV_LT(limit, w);
+            high = GV_MAX(high, GV_SELECT(solid, d, GV_SET(GTAOI_CELL_NONE)));
+            d = GV_SELECT(solid, d, none);
+        } else {
+            high = GV_MAX(high, d);
+        }
+        low = GV_MIN(low, d);
+    }
+    *least = GV_MIN(*least, GV_SUB(low, column));
+    *most = GV_MAX(*most, GV_SUB(high, column));
+}
+
+/* A row of cells. Vectors run over pixels of one phase, whose lanes are joined at the end: the same sums whatever the
+ * width. Cells that are all there have the plane of least squares, others one through four of their pixels. */
+GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int cy) {
     GTAOI_NO_CONTRACT
     enum { WIDE = 4 * GTAOI_CELL };
     const float half = 0.5f * (float)(GTAOI_CELL - 1);
-    int lanes = c->period == 4 ? WIDE / 4 : WIDE, per = lanes / 4, phases = c->period == 4 ? 4 : 1, x, y, cy, i, k, p,
-        r;
+    int period4 = c->period == 4, lanes = period4 ? WIDE / 4 : WIDE, per = lanes / 4, phases = period4 ? 4 : 1;
+    int rows = gtaoi_imin(GTAOI_CELL, c->d.height - cy * GTAOI_CELL), x, i, k, p, r;
     float across[WIDE];
-    for (y = y0; y < y1; y++)
-        c->prepared[y] = (uint32_t)y0 << 16 | (uint32_t)y1;
-    for (i = 0; i < lanes; i++)
-        across[i] = (float)(i % per * phases) - half;
-    for (cy = (y0 + GTAOI_CELL - 1) / GTAOI_CELL; cy < c->cells_y && cy * GTAOI_CELL < y1; cy++) {
-        int rows = gtaoi_imin(GTAOI_CELL, c->d.height - cy * GTAOI_CELL);
-        if (cy * GTAOI_CELL + rows > y1)
-            break;
-        for (x = 0; x < c->d.width; x += WIDE) {
-            float w0[WIDE], lowest[WIDE], highest[WIDE], along_x[WIDE], along_y[WIDE], up[WIDE], down[WIDE];
-            float gx[WIDE] = {0}, gy[WIDE] = {0};
-            int cells = (gtaoi_imin(WIDE, c->d.width - x) + GTAOI_CELL - 1) / GTAOI_CELL;
-            int whole = gtaoi_imin(WIDE, c->d.width - x) / GTAOI_CELL, solid[4] = {0, 0, 0, 0}, sky[4] = {0, 0, 0, 0};
-            const float *at = c->w + (ptrdiff_t)cy * GTAOI_CELL * c->pitch + GTAOI_PAD + x / c->period;
-            if (rows < GTAOI_CELL || (c->arcs && c->layer_count > 1))
-                whole = 0;
-            for (i = 0; i < whole * per; i++)
-                w0[i] = at[i - i % per];
-            for (; i < lanes; i++)
-                w0[i] = 0.0f;
-            for (i = 0; i < whole * per; i += GTAOI_W) {
-                GV base = GV_LOAD(w0 + i), least = GV_SET(FLT_MAX), most = GV_SET(-FLT_MAX), e0 = GV_LOAD(across + i);
-                GV sum_x = GV_SET(0.0f), sum_y = sum_x;
-                for (r = 0; r < GTAOI_CELL; r++) {
-                    GV row = GV_SET(0.0f);
-                    for (p = 0; p < phases; p++) {
-                        GV w = GV_LOAD(at + r * c->pitch + p * c->segment + i), d = GV_SUB(w, base);
-                        least = GV_MIN(least, w), most = GV_MAX(most, w);
-                        sum_x = GV_ADD(sum_x, GV_MUL(d, GV_ADD(e0, GV_SET((float)p))));
-                        row = GV_ADD(row, d);
-                    }
-                    sum_y = GV_ADD(sum_y, GV_MUL(row, GV_SET((float)r - half)));
+    for (k = 0; k < 4; k++)
+        for (i = 0; i < per; i++)
+            across[k * per + i] = (float)(i * phases) - half;
+    for (x = 0; x < c->d.width; x += WIDE) {
+        float w0[WIDE], lowest[WIDE], along_x[WIDE], along_y[WIDE], gx[WIDE], gy[WIDE], up[WIDE], down[WIDE];
+        const float *at = c->w + (ptrdiff_t)cy * GTAOI_CELL * c->pitch + GTAOI_PAD + x / c->period;
+        int cells = (gtaoi_imin(WIDE, c->d.width - x) + GTAOI_CELL - 1) / GTAOI_CELL, mixed = 0;
+        if (c->arcs && c->layer_count > 1) {
+            for (k = 0; k < cells; k++)
+                gtaoi_cell_rest(c, x / GTAOI_CELL + k, cy);
+            continue;
+        }
+        for (k = 0; k < 4; k++)
+            for (i = k * per; i < (k + 1) * per; i++)
+                w0[i] = k < cells ? at[k * per] : 0.0f;
+        for (i = 0; i < cells * per; i += GTAOI_W) {
+            GV base = GV_LOAD(w0 + i), least = GV_SET(FLT_MAX), zero = GV_SET(0.0f), sum_x = zero, sum_y = zero;
+            for (r = 0; r < rows; r++) {
+                GV row = zero;
+                for (p = 0; p < phases; p++) {
+                    GV w = GV_LOAD(at + r * c->pitch + p * c->segment + i), d = GV_SUB(w, base);
+                    least = GV_MIN(least, w);
+                    sum_x = GV_ADD(sum_x, GV_MUL(d, GV_ADD(GV_LOAD(across + i), GV_SET((float)p))));
+                    row = GV_ADD(row, d);
                 }
-                GV_STORE(lowest + i, least), GV_STORE(highest + i, most);
-                GV_STORE(along_x + i, sum_x), GV_STORE(along_y + i, sum_y);
+                sum_y = GV_ADD(sum_y, GV_MUL(row, GV_SET((float)r - half)));
             }
-            for (k = 0; k < whole; k++) { /* least squares: sum e^2 = 340 in each of 16 rows */
-                float a = 0.0f, b = 0.0f;
-                solid[k] = sky[k] = 1;
-                for (i = k * per; i < (k + 1) * per; i++) {
-                    solid[k] &= lowest[i] > GTAOI_SKY_LIMIT, sky[k] &= highest[i] <= GTAOI_SKY_LIMIT;
-                    a += along_x[i], b += along_y[i];
-                }
-                for (i = k * per; i < (k + 1) * per; i++)
-                    gx[i] = a * (1.0f / 5440.0f), gy[i] = b * (1.0f / 5440.0f);
+            GV_STORE(lowest + i, least), GV_STORE(along_x + i, sum_x), GV_STORE(along_y + i, sum_y);
+        }
+        for (k = 0; k < cells; k++) { /* least squares: sum e^2 = 340 in each of 16 rows */
+            float a = 0.0f, b = 0.0f;
+            int solid = rows == GTAOI_CELL;
+            for (i = k * per; i < (k + 1) * per; i++)
+                solid &= lowest[i] > GTAOI_SKY_LIMIT, a += along_x[i], b += along_y[i];
+            for (i = k * per; solid && i < (k + 1) * per; i++)
+                gx[i] = a * (1.0f / 5440.0f), gy[i] = b * (1.0f / 5440.0f);
+            if (!solid)
+                gtaoi_cell_plane(c, at, rows, per, k, w0, gx, gy), mixed = 1;
+        }
+        for (i = cells * per; i < lanes; i++)
+            gx[i] = gy[i] = 0.0f;
+        for (i = 0; i < cells * per; i += GTAOI_W) {
+            GV base = GV_LOAD(w0 + i), g = GV_LOAD(gx + i), h = GV_LOAD(gy + i), lines[GTAOI_CELL];
+            GV least = GV_SET(-GTAOI_CELL_NONE), most = GV_SET(GTAOI_CELL_NONE);
+            for (r = 0; r < rows; r++)
+                lines[r] = GV_MUL(h, GV_SET((float)r - half));
+            for (p = 0; p < phases; p++) {
+                GV column = GV_MUL(g, GV_ADD(GV_LOAD(across + i), GV_SET((float)p)));
+                const float *phase = at + p * c->segment + i;
+                if (mixed)
+                    GTAOI_NAME(gtaoi_cell_bounds)(phase, c->pitch, rows, lines, base, column, 1, &least, &most);
+                else
+                    GTAOI_NAME(gtaoi_cell_bounds)(phase, c->pitch, rows, lines, base, column, 0, &least, &most);
             }
-            for (i = 0; i < whole * per; i += GTAOI_W) {
-                GV base = GV_LOAD(w0 + i), e0 = GV_LOAD(across + i), g = GV_LOAD(gx + i), h = GV_LOAD(gy + i);
-                GV least = GV_SET(FLT_MAX), most = GV_SET(-FLT_MAX);
-                for (r = 0; r < GTAOI_CELL; r++) {
-                    GV row = GV_MUL(h, GV_SET((float)r - half));
-                    for (p = 0; p < phases; p++) {
-                        GV w = GV_LOAD(at + r * c->pitch + p * c->segment + i);
-                        GV d = GV_ADD(GV_MUL(g, GV_ADD(e0, GV_SET((float)p))), row);
-                        d = GV_SUB(GV_SUB(w, base), d);
-                        least = GV_MIN(least, d), most = GV_MAX(most, d);
-                    }
-                }
-                GV_STORE(down + i, least), GV_STORE(up + i, most);
-            }
-            for (k = 0; k < cells; k++) {
-                int cx = x / GTAOI_CELL + k;
-                ptrdiff_t to = cy * c->cell_pitch + cx;
-                if (sky[k]) {
-                    gtaoi_keep_cell(c, to, 0.0f, 0.0f, 0.0f, GTAOI_CELL_NONE, -GTAOI_CELL_NONE);
-                } else if (!solid[k]) {
-                    gtaoi_cell_rest(c, cx, cy);
-                } else {
-                    i = k * per;
-                    for (r = i + 1; r < i + per; r++)
-                        up[i] = gtaoi_max(up[i], up[r]), down[i] = gtaoi_min(down[i], down[r]);
-                    gtaoi_keep_cell(c, to, w0[i], gx[i], gy[i], up[i], down[i]);
-                }
-            }
+            GV_STORE(down + i, least), GV_STORE(up + i, most);
+        }
+        for (k = 0; k < cells; k++) {
+            ptrdiff_t to = cy * c->cell_pitch + x / GTAOI_CELL + k;
+            i = k * per;
+            for (r = i + 1; r < i + per; r++)
+                up[i] = gtaoi_max(up[i], up[r]), down[i] = gtaoi_min(down[i], down[r]);
+            if (up[i] > GTAOI_SKY_LIMIT)
+                gtaoi_keep_cell(c, to, w0[i], gx[i], gy[i], up[i], down[i]);
+            else
+                gtaoi_keep_cell(c, to, 0.0f, 0.0f, 0.0f, GTAOI_CELL_NONE, -GTAOI_CELL_NONE);
         }
     }
 }
 
+/* In strips of cells, while their rows are in the cache. */
 GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
-    int k;
-    GTAOI_NAME(gtaoi_heights)(c, c->d.depth, c->d.depth_stride, c->w, y0, y1);
-    for (k = 0; c->arcs && k < c->layer_count; k++) {
-        if (k > 0)
-            GTAOI_NAME(gtaoi_heights)
-        (c, c->layer[k].depth, c->layer[k].depth_stride, c->w + 2 * k * c->plane, y0, y1);
-        GTAOI_NAME(gtaoi_backs)(c, k, y0, y1);
+    int k, y, end;
+    for (y = y0; y < y1; y = end) {
+        end = gtaoi_imin((y / GTAOI_CELL + 1) * GTAOI_CELL, y1);
+        GTAOI_NAME(gtaoi_heights)(c, c->d.depth, c->d.depth_stride, c->w, y, end);
+        for (k = 0; c->arcs && k < c->layer_count; k++) {
+            if (k > 0)
+                GTAOI_NAME(gtaoi_heights)
+            (c, c->layer[k].depth, c->layer[k].depth_stride, c->w + 2 * k * c->plane, y, end);
+            GTAOI_NAME(gtaoi_backs)(c, k, y, end);
+        }
+        if (c->skips && y % GTAOI_CELL == 0 && (end % GTAOI_CELL == 0 || end == c->d.height))
+            GTAOI_NAME(gtaoi_cells)(c, y / GTAOI_CELL);
     }
-    if (c->skips)
-        GTAOI_NAME(gtaoi_cells)(c, y0, y1);
+    for (y = y0; c->skips && y < y1; y++)
+        c->prepared[y] = (uint32_t)y0 << 16 | (uint32_t)y1;
 }
 
 /* ---- one group of pixels ---------------------------------------------------------------------------------------- */
