@@ -278,10 +278,120 @@ static void tolerances(void **state) {
     assert_true(worst > 0.3 && open > pixels / 20);
 }
 
+/* A scene of one facet, of any size. */
+static world plane_world(int width, double nx, double ny, double nz, double d, int sky_rows) {
+    world s;
+    memset(&s, 0, sizeof s);
+    s.width = width, s.height = width * 9 / 16;
+    s.fx = s.fy = 0.8 * (double)width;
+    s.cx = 0.5 * (double)s.width, s.cy = 0.5 * (double)s.height;
+    s.f[0].n[0] = nx, s.f[0].n[1] = ny, s.f[0].n[2] = nz, s.f[0].d = d;
+    s.facets = 1, s.sky_rows = sky_rows;
+    return s;
+}
+
+/* What should be skipped is: planes, whatever their slant, and sky; nothing of it where one thing stands in between. */
+static void planes_are_open(void **state) {
+    const struct {
+        const char *name;
+        world s;
+        double open, sky;
+    } scenes[] = {
+        {"wall", plane_world(640, 0, 0, -1, -6, 0), 0.99, 0},
+        {"slant", plane_world(640, 0.7, 0.3, -1, -6, 0), 0.99, 0},
+        {"floor under half a sky", plane_world(640, 0, -1, 0, -1.7, 0), 0.3, 0.45},
+        {"wall, 2560 pixels wide", plane_world(2560, 0, 0, -1, -6, 0), 0.6, 0},
+    };
+    (void)state;
+    for (size_t k = 0; k < sizeof scenes / sizeof *scenes; k++) {
+        const world *s = &scenes[k].s;
+        double pixels = (double)s->width * (double)s->height;
+        buffers b;
+        gtao_desc d;
+        buffers_fill(&b, s, 1);
+        for (int derived = 0; derived < 2; derived++)
+            for (int every = 0; every < 2; every++) {
+                gtao_stats stats = {0};
+                result r;
+                memset(&d, 0, sizeof d);
+                d.width = s->width, d.height = s->height;
+                d.depth = b.depth, d.normals = derived ? NULL : b.normals;
+                d.camera.fx = (float)s->fx;
+                d.radius = 0.5f, d.falloff = 0.25f, d.slices = 1, d.steps = 8, d.every_pixel = every;
+                if (s->width > 1000 && (derived || every))
+                    continue;
+                r = result_make(&d, WANT_VISIBILITY, GTAO_FORMAT_FLOAT, 3, tight, 0);
+                compute(&d, &r, 1000, &stats);
+                if ((double)stats.open < scenes[k].open * pixels || (double)stats.sky_skipped < scenes[k].sky * pixels)
+                    fail_msg("%s, %s normals, %s: open %.3f, sky skipped %.3f", scenes[k].name,
+                             derived ? "derived" : "given", every ? "every pixel" : "8 steps",
+                             (double)stats.open / pixels, (double)stats.sky_skipped / pixels);
+                for (int y = 0; y < s->height; y++)
+                    for (int x = 0; x < s->width; x++) {
+                        float v;
+                        memcpy(&v, plane_row(&r.visibility, y) + 4 * (size_t)x, 4);
+                        if (b.depth[(size_t)y * (size_t)s->width + (size_t)x] < 50.0f)
+                            assert_true(v > 0.99999f);
+                    }
+                result_free(&r);
+            }
+        buffers_free(&b);
+    }
+}
+
+/* The sweep's search of near pixels, and frames, whose horizons are those of an image of half the size. */
+static void sweeps_and_frames(void **state) {
+    uint32_t random = 99u;
+    (void)state;
+    for (int k = 0; k < cases / 20; k++) {
+        uint32_t seed = random;
+        world s;
+        buffers b;
+        gtao_desc d;
+        result all, none;
+        world_random(&s, &random);
+        buffers_fill(&b, &s, seed);
+        desc_random(&d, &s, &b, &random);
+        d.estimator = GTAO_ESTIMATOR_NORMALIZED;
+        d.thin_blend = d.thickness = 0.0f, d.back = NULL, d.layer_count = 0, d.layers = NULL;
+        all = result_make(&d, WANT_VISIBILITY | WANT_BENT, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        none = result_make(&d, WANT_VISIBILITY | WANT_BENT, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        for (int skip = 0; skip < 2; skip++) {
+            result *r = skip ? &all : &none;
+            size_t size;
+            void *scratch;
+            d.no_skip = skip ? 0 : GTAO_SKIP_ALL;
+            if (k % 2) {
+                size = gtao_sweep_scratch_size(&d, &r->output, NULL) + gtao_sweep_work_size(&d, NULL);
+                scratch = malloc(size);
+                assert_non_null(scratch);
+                assert_int_equal(gtao_sweep_compute(&d, &r->output, NULL, scratch, size, NULL, NULL), GTAO_OK);
+            } else {
+                gtao_frame_desc f;
+                memset(&f, 0, sizeof f);
+                f.desc = d;
+                f.half = k / 2 % 2;
+                size = gtao_frame_state_size(&f);
+                scratch = calloc(size, 1);
+                assert_non_null(scratch);
+                for (int i = 0; i < 3; i++)
+                    assert_int_equal(gtao_frame(&f, &r->output, scratch, size, NULL), GTAO_OK);
+            }
+            free(scratch);
+        }
+        if (!result_equal(&all, &none))
+            fail_msg("scene %d (seed %u), %s: other bits", k, seed, k % 2 ? "sweep" : "frames");
+        result_free(&all), result_free(&none);
+        buffers_free(&b);
+    }
+}
+
 int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(random_scenes),
         cmocka_unit_test(tolerances),
+        cmocka_unit_test(planes_are_open),
+        cmocka_unit_test(sweeps_and_frames),
     };
     if (argc > 1)
         cases = atoi(argv[1]);
