@@ -2274,11 +2274,13 @@ static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int
 /* ---- what can rise ---------------------------------------------------------------------------------------------- */
 
 /* Planes of a cell, with room for what rounding does: in themselves, and in the search, which takes a sample's height
- * times 1 / |q| and the pixel's, and sums (three times half an ulp of each at most; between two taps, four). */
+ * times 1 / |q|, the pixel's too, and sums: half an ulp of a height each, three in all; but at |q| = 1 the products are
+ * exact, and from there on it is |q| >= sqrt(2), where what a rise must exceed is as much more. Between two taps half an
+ * ulp more, and no such gap. A half falls to the samples' upper plane, the other to the pixels' lower one. */
 static void gtaoi_keep_cell(const gtao_context *c, ptrdiff_t at, float w0, float gx, float gy, float up, float down) {
     GTAOI_NO_CONTRACT
     if (up > GTAOI_CELL_NONE) {
-        float ulps = c->every_pixel ? 1.78813934e-7f : 1.1920929e-7f; /* 3 and 2 times 2^-24 */
+        float ulps = c->every_pixel ? 1.1920929e-7f : 7.1525574e-8f; /* 2 and 1.2 times 2^-24 */
         float size = 0.5f * (float)GTAOI_CELL * (gtaoi_abs(gx) + gtaoi_abs(gy)), centre = w0, shift, room;
         int solid = down < 0.5f * -GTAOI_CELL_NONE;
         if (solid)
@@ -3361,7 +3363,7 @@ GTAO_API const char *gtao_frame_stage_name(const gtao_frame_context *context, in
 
 /* Rows of tiles in a unit: what can rise is told from strips of them. */
 static int gtaoi_unit_tiles(int kind) {
-    return kind == GTAOI_PREPARE || kind == GTAOI_HORIZONS ? GTAO_STRIP / GTAOI_TILE_H : 1;
+    return kind == GTAOI_PREPARE || kind == GTAOI_HORIZONS ? (int)GTAO_STRIP / (int)GTAOI_TILE_H : 1;
 }
 
 GTAO_API int gtao_frame_units(const gtao_frame_context *context, int stage) {

@@ -59,6 +59,20 @@ static void world_random(world *s, uint32_t *state) {
         f->y0 = i ? (int)seed_of(state, (uint32_t)s->height) : 0;
         f->y1 = i ? f->y0 + (int)seed_of(state, 60) : s->height;
     }
+    for (int i = 1; i < s->facets; i++) { /* half of them cross the first one's plane where they are */
+        facet *f = &s->f[i];
+        double scale = s->orthographic ? 3.0 : 1.0, x = scale * (0.5 * (f->x0 + f->x1) - s->cx) / s->fx,
+               y = scale * (0.5 * (f->y0 + f->y1) - s->cy) / s->fy, z;
+        if (seed_of(state, 2))
+            continue;
+        if (s->orthographic) {
+            z = (s->f[0].d - s->f[0].n[0] * x - s->f[0].n[1] * y) / s->f[0].n[2];
+            f->d = f->n[0] * x + f->n[1] * y + f->n[2] * z;
+        } else {
+            z = s->f[0].d / (s->f[0].n[0] * x + s->f[0].n[1] * y + s->f[0].n[2]);
+            f->d = z * (f->n[0] * x + f->n[1] * y + f->n[2]);
+        }
+    }
     s->bump = seed_of(state, 3) ? 0.0 : 1e-8 * (double)(1u << seed_of(state, 20));
     s->sky_rows = seed_of(state, 3) ? 0 : (int)seed_of(state, (uint32_t)s->height);
     s->specks = seed_of(state, 4) == 0;
@@ -172,7 +186,7 @@ static void random_scenes(void **state) {
     gtao_stats total = {0};
     (void)state;
     for (int k = 0; k < cases; k++) {
-        static const int cuts[] = {1000, 1000, 1000, 64, 16, 13, 32};
+        static const int cuts[] = {1000, 1000, 64, 24, 16, 13, 40};
         static const unsigned subsets[] = {0, GTAO_SKIP_ALL & ~GTAO_SKIP_SKY, GTAO_SKIP_ALL & ~GTAO_SKIP_OPEN,
                                            GTAO_SKIP_ALL & ~GTAO_SKIP_SECTORS};
         world s;
@@ -278,10 +292,157 @@ static void tolerances(void **state) {
     assert_true(worst > 0.3 && open > pixels / 20);
 }
 
+/* A scene of one facet, of any size. */
+static world plane_world(int width, double nx, double ny, double nz, double d, int sky_rows) {
+    world s;
+    memset(&s, 0, sizeof s);
+    s.width = width, s.height = width * 9 / 16;
+    s.fx = s.fy = 0.8 * (double)width;
+    s.cx = 0.5 * (double)s.width, s.cy = 0.5 * (double)s.height;
+    s.f[0].n[0] = nx, s.f[0].n[1] = ny, s.f[0].n[2] = nz, s.f[0].d = d;
+    s.facets = 1, s.sky_rows = sky_rows;
+    return s;
+}
+
+/* What should be skipped is: planes, whatever their slant, and sky; nothing of it where one thing stands in between. */
+static void planes_are_open(void **state) {
+    const struct {
+        const char *name;
+        world s;
+        double open, sky;
+    } scenes[] = {
+        {"wall", plane_world(640, 0, 0, -1, -6, 0), 0.99, 0},
+        {"slant", plane_world(640, 0.7, 0.3, -1, -6, 0), 0.99, 0},
+        {"floor under half a sky", plane_world(640, 0, -1, 0, -1.7, 0), 0.3, 0.45},
+        {"wall, 2560 pixels wide", plane_world(2560, 0, 0, -1, -6, 0), 0.6, 0},
+    };
+    (void)state;
+    for (size_t k = 0; k < sizeof scenes / sizeof *scenes; k++) {
+        const world *s = &scenes[k].s;
+        double pixels = (double)s->width * (double)s->height;
+        buffers b;
+        gtao_desc d;
+        buffers_fill(&b, s, 1);
+        for (int derived = 0; derived < 2; derived++)
+            for (int every = 0; every < 2; every++) {
+                gtao_stats stats = {0};
+                result r;
+                memset(&d, 0, sizeof d);
+                d.width = s->width, d.height = s->height;
+                d.depth = b.depth, d.normals = derived ? NULL : b.normals;
+                d.camera.fx = (float)s->fx;
+                d.radius = 0.5f, d.falloff = 0.25f, d.slices = 1, d.steps = 8, d.every_pixel = every;
+                if (s->width > 1000 && (derived || every))
+                    continue;
+                r = result_make(&d, WANT_VISIBILITY, GTAO_FORMAT_FLOAT, 3, tight, 0);
+                compute(&d, &r, 1000, &stats);
+                if ((double)stats.open < scenes[k].open * pixels || (double)stats.sky_skipped < scenes[k].sky * pixels)
+                    fail_msg("%s, %s normals, %s: open %.3f, sky skipped %.3f", scenes[k].name,
+                             derived ? "derived" : "given", every ? "every pixel" : "8 steps",
+                             (double)stats.open / pixels, (double)stats.sky_skipped / pixels);
+                for (int y = 0; y < s->height; y++)
+                    for (int x = 0; x < s->width; x++) {
+                        float v;
+                        memcpy(&v, plane_row(&r.visibility, y) + 4 * (size_t)x, 4);
+                        if (b.depth[(size_t)y * (size_t)s->width + (size_t)x] < 50.0f)
+                            assert_true(v > 0.99999f);
+                    }
+                result_free(&r);
+            }
+        buffers_free(&b);
+    }
+}
+
+/* A wall and one cell of it that turns through its plane: the cell's centre does not rise, its edge does. Then one that
+ * stands before the wall, by a part of the radius. */
+static void a_cell_apart(void **state) {
+    (void)state;
+    for (int k = 0; k < 16; k++) {
+        world s = plane_world(320, 0.2, 0.1, -1, -6, 0);
+        facet *f = &s.f[1];
+        buffers b;
+        gtao_desc d;
+        result all, none;
+        gtao_stats stats = {0};
+        double x, y, z;
+        s.facets = 2;
+        f->x0 = 16 * (4 + k), f->y0 = 16 * (3 + k / 2), f->x1 = f->x0 + 16, f->y1 = f->y0 + 16;
+        f->n[0] = 0.2 + (k & 1 ? 0.2 : -0.3), f->n[1] = 0.1 + (k & 2 ? 0.25 : 0.0), f->n[2] = -1;
+        x = (f->x0 + 8 - s.cx) / s.fx, y = (f->y0 + 8 - s.cy) / s.fy;
+        z = s.f[0].d / (s.f[0].n[0] * x + s.f[0].n[1] * y + s.f[0].n[2]);
+        if (k >= 8)
+            f->n[0] = s.f[0].n[0], f->n[1] = s.f[0].n[1], z -= 0.2 + 0.1 * (k - 8);
+        f->d = z * (f->n[0] * x + f->n[1] * y + f->n[2]);
+        buffers_fill(&b, &s, 1);
+        memset(&d, 0, sizeof d);
+        d.width = s.width, d.height = s.height;
+        d.depth = b.depth, d.normals = b.normals;
+        d.camera.fx = (float)s.fx;
+        d.radius = 1.0f, d.slices = 4, d.every_pixel = k / 4 % 2;
+        all = result_make(&d, WANT_VISIBILITY, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        none = result_make(&d, WANT_VISIBILITY, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        compute(&d, &all, 1000, &stats);
+        assert_true(stats.open > 0);
+        d.no_skip = GTAO_SKIP_ALL;
+        compute(&d, &none, 1000, &stats);
+        if (!result_equal(&all, &none))
+            fail_msg("cell %d: other bits", k);
+        result_free(&all), result_free(&none);
+        buffers_free(&b);
+    }
+}
+
+/* The sweep's search of near pixels, and frames, whose horizons are those of an image of half the size. */
+static void sweeps_and_frames(void **state) {
+    uint32_t random = 99u;
+    (void)state;
+    for (int k = 0; k < cases / 20; k++) {
+        uint32_t seed = random;
+        world s;
+        buffers b;
+        gtao_desc d;
+        result all, none;
+        world_random(&s, &random);
+        buffers_fill(&b, &s, seed);
+        desc_random(&d, &s, &b, &random);
+        d.estimator = GTAO_ESTIMATOR_NORMALIZED;
+        d.thin_blend = d.thickness = 0.0f, d.back = NULL, d.layer_count = 0, d.layers = NULL;
+        all = result_make(&d, WANT_VISIBILITY | WANT_BENT, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        none = result_make(&d, WANT_VISIBILITY | WANT_BENT, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        for (int skip = 0; skip < 2; skip++) {
+            result *r = skip ? &all : &none;
+            size_t size;
+            void *scratch;
+            d.no_skip = skip ? 0 : GTAO_SKIP_ALL;
+            if (k % 2) {
+                size = gtao_sweep_scratch_size(&d, &r->output, NULL) + gtao_sweep_work_size(&d, NULL);
+                scratch = malloc(size);
+                assert_non_null(scratch);
+                assert_int_equal(gtao_sweep_compute(&d, &r->output, NULL, scratch, size, NULL, NULL), GTAO_OK);
+            } else {
+                gtao_frame_desc f;
+                memset(&f, 0, sizeof f);
+                f.desc = d;
+                f.half = k / 2 % 2;
+                size = gtao_frame_state_size(&f);
+                scratch = calloc(size, 1);
+                assert_non_null(scratch);
+                for (int i = 0; i < 3; i++)
+                    assert_int_equal(gtao_frame(&f, &r->output, scratch, size, NULL), GTAO_OK);
+            }
+            free(scratch);
+        }
+        if (!result_equal(&all, &none))
+            fail_msg("scene %d (seed %u), %s: other bits", k, seed, k % 2 ? "sweep" : "frames");
+        result_free(&all), result_free(&none);
+        buffers_free(&b);
+    }
+}
+
 int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(random_scenes),
-        cmocka_unit_test(tolerances),
+        cmocka_unit_test(random_scenes), cmocka_unit_test(tolerances),        cmocka_unit_test(planes_are_open),
+        cmocka_unit_test(a_cell_apart),  cmocka_unit_test(sweeps_and_frames),
     };
     if (argc > 1)
         cases = atoi(argv[1]);
