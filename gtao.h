@@ -1274,6 +1274,7 @@ enum {
     GTAOI_SPAN = 32        /* tiles of 64x16 pixels that are looked at together */
 };
 #define GTAOI_CELL_NONE (-1e38f)
+#define GTAOI_SECTORS_PAY 16 /* samples a side from which it pays to tell directions apart */
 
 /* What the receivers of a tile may see. */
 typedef struct gtaoi_tile {
@@ -2439,6 +2440,8 @@ typedef struct gtaoi_looking {
     float radius;         /* pixels */
     float behind, before; /* heights beyond which the radius does not reach */
     float all[2];         /* where something may rise in every direction */
+    int sectors;          /* whether it pays to tell directions apart; if not, the first that may rise ends it */
+    int blocked;          /* it has */
 } gtaoi_looking;
 
 /* For each row of cells whether all its pixels were prepared by one call of gtao_prepare_rows, the last. */
@@ -6507,6 +6510,10 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look_at)(const gtao_context *c, gtaoi_tile *t, gt
         bits = GTAOI_ALL & ~GM_BITS(closed);
         if (cx_end - cx < GTAOI_W)
             bits &= (1u << (cx_end - cx)) - 1u;
+        if (bits && !l->sectors) {
+            l->blocked = 1;
+            return;
+        }
         if (bits) {
             float tops[GTAOI_W], nearest[GTAOI_W];
             GV_STORE(tops, top), GV_STORE(nearest, distance);
@@ -6615,7 +6622,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known
         return;
     for (i = 0; i < GTAOI_DIRECTIONS; i++)
         t->lo[i] = inf, t->hi[i] = 0.0f;
-    l.all[0] = inf, l.all[1] = 0.0f;
+    l.all[0] = inf, l.all[1] = 0.0f, l.blocked = 0;
+    l.sectors = c->every_pixel || c->max_steps >= GTAOI_SECTORS_PAY;
     far_x = far_y = (int)l.radius + 1;
     if (wrap) {
         kx1 = (x + 63 + far_x) / w, ky1 = (y + GTAOI_CELL - 1 + far_y) / h;
@@ -6633,15 +6641,23 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known
                 to = (to + GTAOI_CELL - 1) / GTAOI_CELL;
                 if (from >= to)
                     continue;
+                l.blocked |= !l.sectors && !known[i];
                 if (known[i])
                     GTAOI_NAME(gtaoi_look_at)(c, t, &l, from, to, i, (float)(kx * w), (float)(ky * h));
                 else
                     gtaoi_may_rise(t, l.all, (float)(from * GTAOI_CELL + kx * w) - l.x1 - 2.0f,
                                    (float)(to * GTAOI_CELL + kx * w) - l.x0 + 2.0f, top - l.y1 - 2.0f,
                                    top + 2.0f * half - l.y0 + 2.0f, gtaoi_max(gap - 2.0f, 1.0f), l.radius);
+                if (l.blocked)
+                    return;
             }
         }
     }
+    if (c->d.border == GTAO_BORDER_CLAMP && !l.sectors)
+        l.blocked = l.x0 < l.radius + 2.0f || (float)w - l.x1 < l.radius + 4.0f || l.y0 < l.radius + 2.0f ||
+                    (float)h - l.y1 < l.radius + 4.0f;
+    if (l.blocked)
+        return;
     if (c->d.border == GTAO_BORDER_CLAMP) { /* what lies beyond the image is level, and may rise above a slope */
         float r = l.radius + 2.0f, left = l.x0 + 1.0f, right = (float)w - l.x1, above = l.y0 + 1.0f,
               below = (float)h - l.y1;

@@ -289,7 +289,7 @@ static void tolerances(void **state) {
     }
     print_message("largest error %.2f of the tolerance; of bumpy scenes open: %.1f %%\n", worst,
                   100.0 * (double)open / (double)pixels);
-    assert_true(worst > 0.3 && open > pixels / 20);
+    assert_true(worst > 0.3 && open > pixels / 40);
 }
 
 /* A scene of one facet, of any size. */
