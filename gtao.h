@@ -63,7 +63,8 @@
  *
  * THREADS
  *   None inside. Ranges of rows of one stage may run on any threads at once; finish gtao_prepare_rows of all rows
- *   before gtao_visibility_rows of any. Results do not depend on the split.
+ *   before gtao_visibility_rows of any. Results do not depend on the split; ranges of multiples of GTAO_STRIP rows
+ *   skip most (docs/performance.md).
  *
  * SIMD AND DETERMINISM
  *   Scalar, SSE2, AVX2, AVX-512 (F + DQ) and AArch64 NEON kernels are one text compiled once per width, chosen at run
