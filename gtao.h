@@ -63,7 +63,8 @@
  *
  * THREADS
  *   None inside. Ranges of rows of one stage may run on any threads at once; finish gtao_prepare_rows of all rows
- *   before gtao_visibility_rows of any. Results do not depend on the split.
+ *   before gtao_visibility_rows of any. Results do not depend on the split; ranges of multiples of GTAO_STRIP rows
+ *   skip most (docs/performance.md).
  *
  * SIMD AND DETERMINISM
  *   Scalar, SSE2, AVX2, AVX-512 (F + DQ) and AArch64 NEON kernels are one text compiled once per width, chosen at run
@@ -4582,8 +4583,8 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_visit)(const gtao_context *c, const GTAOI_PIXEL *p,
 }
 
 /* The horizon search: samples [0, n0) on the + side, [0, n1) on the - side, of which the first is number `begin` of its
- * list. `at` is the group's first pixel. Samples in the falloff ring are only noted, and looked at when the full-weight ones of their chunk are in: fewer of them are above
- * these, and nothing has to be guessed on the way. */
+ * list. `at` is the group's first pixel. Samples in the falloff ring are only noted, and looked at when the full-weight
+ * ones of their chunk are in: fewer of them are above these, and nothing has to be guessed on the way. */
 GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                       GTAOI_HORIZONS *horizons, const float *at, const gtaoi_sample *q, int begin,
                                       int n0, int n1, int orthographic, int bounded, int ring) {

@@ -934,9 +934,9 @@ static bool build_village(bench_scene *s, int width, int height) {
     mesh *m = &s->mesh;
     uint32_t seed = 5;
     mesh_add_box(m, mesh_world, -2000, -1, -4000, 2000, 0, 100);
-    for (int k = 0; k < 14; ++k) {
-        double w = random_in(&seed, 7, 11), h = random_in(&seed, 3, 6), x = (k % 2 ? 1 : -1) * random_in(&seed, 9, 40);
-        mesh_frame f = mesh_turned_y(mesh_moved(mesh_world, x, 0, -18 - 9.0 * k), random_in(&seed, -20, 20));
+    for (int k = 0; k < 9; ++k) {
+        double w = random_in(&seed, 7, 11), h = random_in(&seed, 3, 6), x = (k % 2 ? 1 : -1) * random_in(&seed, 12, 45);
+        mesh_frame f = mesh_turned_y(mesh_moved(mesh_world, x, 0, -30 - 14.0 * k), random_in(&seed, -20, 20));
         unsigned v[6];
         mesh_add_box(m, f, -w / 2, 0, -4, w / 2, h, 4);
         for (int i = 0; i < 4; ++i)
