@@ -1350,14 +1350,15 @@ enum {
 };
 
 /* Slices and samples of each level; squared error left after sharing, by the variance of the mean over the window as the
- * first level has it, fitted to scenes (make bench, docs/performance.md); time, by that of the first level. */
+ * first level has it; time, by that of the first level; and what is left of the variance of one slice, about 1 /
+ * slices^1.5. All fitted to the scenes of build/bench_effort. */
 static const struct {
     int slices, steps;
-    float error, cost, settled; /* 1 / slices^1.5 */
+    float error, cost, settled;
 } gtaoi_levels[GTAOI_LEVELS] = {
-    {1, 16, 1.5f, 1.0f, 1.0f},         {2, 24, 0.85f, 2.2f, 0.35355339f},   {3, 32, 0.48f, 3.7f, 0.19245009f},
-    {4, 48, 0.3f, 6.0f, 0.125f},       {6, 64, 0.19f, 10.8f, 0.068041382f}, {8, 64, 0.15f, 14.4f, 0.044194174f},
-    {16, 64, 0.11f, 29.0f, 0.015625f},
+    {1, 24, 1.1f, 1.0f, 1.0f},     {2, 24, 0.72f, 2.1f, 1.4f},   {3, 32, 0.43f, 3.4f, 0.385f},
+    {4, 48, 0.275f, 5.3f, 0.188f}, {6, 64, 0.18f, 9.1f, 0.068f}, {8, 64, 0.145f, 12.3f, 0.044f},
+    {16, 64, 0.1f, 25.5f, 0.016f},
 };
 
 typedef struct gtaoi_tile {
@@ -1734,8 +1735,8 @@ static int gtaoi_fill_every(const gtao_context *c, gtaoi_sample *s, gtaoi_taps *
     return n;
 }
 
-/* For the radius classes class_begin .. class_end - 1. */
-static void gtaoi_fill_tables(gtao_context *c, int max_radius, int class_begin, int class_end) {
+/* `chosen`: the radius classes that are wanted; null: all. */
+static void gtaoi_fill_tables(gtao_context *c, int max_radius, const unsigned char *chosen) {
     GTAOI_NO_CONTRACT
     int px, py, k, r;
     double ratio = c->orthographic ? (double)gtaoi_sy(&c->d.camera) / (double)c->d.camera.sx : 1.0;
@@ -1761,10 +1762,12 @@ static void gtaoi_fill_tables(gtao_context *c, int max_radius, int class_begin, 
                 if (c->every_pixel)
                     gtaoi_fill_every(c, c->sample + (size_t)index * (size_t)c->max_steps, c->taps + index * GTAOI_NEAR,
                                      px, dx, dy, max_radius);
-                for (r = class_begin; r < class_end; r++) {
+                for (r = 0; r < c->classes; r++) {
                     size_t at = (size_t)index * (size_t)c->classes + (size_t)r;
                     double radius = gtaoi_class_radius(c, r, 1.0 / b, max_radius);
                     double unit = (double)gtaoi_max((float)(dx < 0.0 ? -dx : dx), (float)(dy < 0.0 ? -dy : dy));
+                    if (chosen && !chosen[r])
+                        continue;
                     if (c->every_pixel)
                         c->count[at] = gtaoi_imax(1, gtaoi_imin((int)(radius * unit + 1e-6), c->max_steps));
                     else
@@ -2058,7 +2061,7 @@ static void gtaoi_begin(const gtao_desc *desc, const gtao_output *output, const 
     c->count = (int *)(void *)(base + l.count);
     c->noise = (float *)(void *)(base + l.noise);
     c->step = c->noise + 2 * 64 * (64 + GTAOI_LANES);
-    gtaoi_fill_tables(c, l.max_radius, 0, c->classes);
+    gtaoi_fill_tables(c, l.max_radius, NULL);
     if (c->per_pixel_noise)
         gtaoi_fill_noise(c);
     c->w += 2 * c->pitch;
@@ -2867,20 +2870,27 @@ GTAO_API void gtao_share_rows(const gtao_context *context, int row_begin, int ro
         }
 }
 
-/* Radius classes of the pixels between two heights, with one more on each side. */
-static void gtaoi_classes_of(const gtao_context *c, float w_least, float w_most, int *begin, int *end) {
+/* Marks the radius classes of the pixels of a tile, with one more on each side; `farthest` is the longest ray. */
+static void gtaoi_mark_classes(const gtao_context *c, const gtaoi_tile *t, float farthest, unsigned char *used) {
     GTAOI_NO_CONTRACT
-    float rx = gtaoi_max(c->cx, (float)c->d.width - c->cx) * c->bx1, corner;
-    float ry = gtaoi_max(c->cy, (float)c->d.height - c->cy) * c->by1;
-    *begin = 0, *end = c->classes;
-    if (c->orthographic || !c->bounded || !(w_least <= w_most))
-        return;
-    rx = gtaoi_clamp(gtaoi_max(rx, gtaoi_max(c->cx, -c->cx) * c->bx1), 0.0f, GTAOI_RAY_LIMIT);
-    ry = gtaoi_clamp(gtaoi_max(ry, gtaoi_max(c->cy, -c->cy) * c->by1), 0.0f, GTAOI_RAY_LIMIT);
-    corner = (float)sqrt((double)(rx * rx + ry * ry + 1.0f));
-    *begin = gtaoi_imax(gtaoi_class(c, gtaoi_clamp(w_least * c->reach, c->extent_min, c->extent_max)) - 1, 0);
-    *end = gtaoi_imin(gtaoi_class(c, gtaoi_clamp(w_most * corner * c->reach, c->extent_min, c->extent_max)) + 2,
-                      c->classes);
+    int from = 0, to = c->classes - 1;
+    if (!c->orthographic && c->bounded) {
+        from = gtaoi_class(c, gtaoi_clamp(t->w_least * c->reach, c->extent_min, c->extent_max)) - 1;
+        to = gtaoi_class(c, gtaoi_clamp(t->w_most * farthest * c->reach, c->extent_min, c->extent_max)) + 1;
+    }
+    for (from = gtaoi_imax(from, 0), to = gtaoi_imin(to, c->classes - 1); from <= to; from++)
+        used[from] = 1;
+}
+
+/* Length of the ray through the corner that is farthest from the principal point. */
+static float gtaoi_farthest(const gtao_context *c) {
+    GTAOI_NO_CONTRACT
+    float rx =
+        gtaoi_max(gtaoi_max(c->cx, -c->cx), gtaoi_max((float)c->d.width - c->cx, c->cx - (float)c->d.width)) * c->bx1;
+    float ry =
+        gtaoi_max(gtaoi_max(c->cy, -c->cy), gtaoi_max((float)c->d.height - c->cy, c->cy - (float)c->d.height)) * c->by1;
+    rx = gtaoi_min(rx, GTAOI_RAY_LIMIT), ry = gtaoi_min(ry, GTAOI_RAY_LIMIT);
+    return (float)sqrt((double)(rx * rx + ry * ry + 1.0f));
 }
 
 /* A bin of the tiles by their variance, four an octave. */
@@ -2894,9 +2904,9 @@ GTAO_API float gtao_refine_begin(gtao_context *context, float most) {
     GTAOI_NO_CONTRACT
     gtaoi_effort *e = context->effort;
     double sums[256], price, pixels = 0.0, target, cost, error, next_cost;
-    int counts[256], i, b, k, n, begin, end, used[GTAOI_LEVELS];
-    unsigned char levels[256], next[256];
-    float w_least = FLT_MAX, w_most = -FLT_MAX;
+    int counts[256], i, b, k, n;
+    unsigned char levels[256], next[256], used[GTAOI_LEVELS][GTAOI_MAX_CLASSES + 1], level_used[GTAOI_LEVELS];
+    float farthest;
     if (!e)
         return 0.0f;
     memset(sums, 0, sizeof sums), memset(counts, 0, sizeof counts), memset(levels, 0, sizeof levels);
@@ -2905,7 +2915,6 @@ GTAO_API float gtao_refine_begin(gtao_context *context, float most) {
         b = gtaoi_effort_bin(&e->tile[i]);
         sums[b] += (double)e->tile[i].variance, counts[b]++;
         pixels += (double)e->tile[i].count;
-        w_least = gtaoi_min(w_least, e->tile[i].w_least), w_most = gtaoi_max(w_most, e->tile[i].w_most);
     }
     target = gtaoi_min(context->d.error_target, 1.0f);
     target *= target * pixels;
@@ -2929,15 +2938,18 @@ GTAO_API float gtao_refine_begin(gtao_context *context, float most) {
         if (error <= target || price < 1e-9)
             break;
     }
-    memset(used, 0, sizeof used);
+    memset(used, 0, sizeof used), memset(level_used, 0, sizeof level_used);
+    farthest = gtaoi_farthest(context);
     for (i = 0; i < n; i++) {
-        e->tile[i].wanted = levels[gtaoi_effort_bin(&e->tile[i])];
-        used[e->tile[i].wanted] = 1;
+        k = levels[gtaoi_effort_bin(&e->tile[i])];
+        e->tile[i].wanted = (unsigned char)k;
+        level_used[k] = 1;
+        if (k && e->tile[i].count > 0.0f)
+            gtaoi_mark_classes(context, &e->tile[i], farthest, used[k]);
     }
-    gtaoi_classes_of(context, w_least, w_most, &begin, &end);
     for (k = 1; k < e->levels; k++)
-        if (used[k])
-            gtaoi_fill_tables(&e->level[k], e->max_radius, begin, end);
+        if (level_used[k])
+            gtaoi_fill_tables(&e->level[k], e->max_radius, used[k]);
     e->second = 1;
     return (float)(cost / n);
 }
@@ -6306,7 +6318,7 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_coplanar)(const gtaoi_effort *e, ptrdiff_t at, ptrd
  * column. Columns x .. x + 63 of rows [y0, y1), whole tiles.
  * The window's variance D, as the first level has it, is mostly that of one slice. With n slices a pixel s^2 = D / n^1.5
  * is left of it, and the rest of what the window then varies by, S^2, is the image: so the mean counts s^2 / S^2. */
-GTAOI_FN void GTAOI_NAME(gtaoi_share)(const gtao_context *c, int x, int y0, int y1) {
+GTAOI_FI void GTAOI_NAME(gtaoi_share_planes)(const gtao_context *c, int x, int y0, int y1, int more_planes) {
     GTAOI_NO_CONTRACT
     enum { TAPS, WEIGHT, SQUARES, VISIBLE, MORE, FIELDS = MORE + 12 };
     static const float window[5] = {0.5f, 1.0f, 1.0f, 1.0f, 0.5f};
@@ -6324,7 +6336,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_share)(const gtao_context *c, int x, int y0, int 
             ptrdiff_t at = (ptrdiff_t)y * e->pitch + x + i;
             GV close = GTAOI_NAME(gtaoi_close)(e, at), sum[FIELDS];
             float(*to)[GTAOI_EFFORT_W] = ring[y % 5];
-            for (k = 0; k < MORE + e->more; k++)
+            for (k = 0; k < MORE + more_planes; k++)
                 sum[k] = zero;
             for (j = -2; j <= 2; j++) {
                 GV share = GV_SET(window[j + 2]), weight = GV_MUL(GV_LOAD(weights + at + j), share), term;
@@ -6337,12 +6349,12 @@ GTAOI_FN void GTAOI_NAME(gtaoi_share)(const gtao_context *c, int x, int y0, int 
                 sum[VISIBLE] = GV_ADD(sum[VISIBLE], GV_IF(same, term));
                 term = GV_MUL(term, GV_LOAD(visible + at + j)); /* masked last: outside the image is anything */
                 sum[SQUARES] = GV_ADD(sum[SQUARES], GV_IF(same, term));
-                for (k = 0; k < e->more; k++) {
+                for (k = 0; k < more_planes; k++) {
                     term = GV_MUL(weight, GV_LOAD(more + k * e->plane + at + j));
                     sum[MORE + k] = GV_ADD(sum[MORE + k], GV_IF(same, term));
                 }
             }
-            for (k = 0; k < MORE + e->more; k++)
+            for (k = 0; k < MORE + more_planes; k++)
                 GV_STORE(to[k] + i, sum[k]);
         }
         if (row < y0)
@@ -6353,19 +6365,19 @@ GTAOI_FN void GTAOI_NAME(gtaoi_share)(const gtao_context *c, int x, int y0, int 
         for (i = 0; i < GTAOI_EFFORT_W; i += GTAOI_W) { /* and along the column */
             ptrdiff_t at = (ptrdiff_t)row * e->pitch + x + i;
             GV close = GTAOI_NAME(gtaoi_close)(e, at), sum[FIELDS], variance, share = one;
-            for (k = 0; k < MORE + e->more; k++)
+            for (k = 0; k < MORE + more_planes; k++)
                 sum[k] = GV_LOAD(ring[row % 5][k] + i);
             for (j = -2; j <= 2; j++) {
                 GM same;
                 if (j == 0 || row + j < 0 || row + j >= c->d.height)
                     continue;
                 same = GTAOI_NAME(gtaoi_coplanar)(e, at, at + j * e->pitch, e->planes[GTAOI_EFFORT_TILT_Y], j, close);
-                for (k = 0; k < MORE + e->more; k++) {
+                for (k = 0; k < MORE + more_planes; k++) {
                     GV term = GV_MUL(GV_LOAD(ring[(row + j) % 5][k] + i), GV_SET(window[j + 2]));
                     sum[k] = GV_ADD(sum[k], GV_IF(same, term));
                 }
             }
-            for (k = VISIBLE; k < MORE + e->more; k++)
+            for (k = VISIBLE; k < MORE + more_planes; k++)
                 sum[k] = GV_DIV(sum[k], sum[WEIGHT]);
             variance = GV_SUB(GV_DIV(sum[SQUARES], sum[WEIGHT]), GV_MUL(sum[VISIBLE], sum[VISIBLE]));
             variance = GV_MAX(variance, zero);
@@ -6383,7 +6395,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_share)(const gtao_context *c, int x, int y0, int 
                 GV_STORE(tile[3] + i, GV_MAX(fresh ? limit : GV_LOAD(tile[3] + i), w));
             }
             sum[VISIBLE] = GV_MIN(GV_MAX(sum[VISIBLE], zero), one);
-            for (k = 0; k < 1 + e->more; k++) {
+            for (k = 0; k < 1 + more_planes; k++) {
                 GV own = GV_LOAD((k ? more + (k - 1) * e->plane : visible) + at);
                 GV mean = sum[VISIBLE + k];
                 /* equal ones stay as they are */
@@ -6394,6 +6406,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_share)(const gtao_context *c, int x, int y0, int 
         if (!e->second && (row % GTAOI_EFFORT_H == GTAOI_EFFORT_H - 1 || row == c->d.height - 1))
             gtaoi_sum_tile(t, tile);
     }
+}
+
+GTAOI_FN void GTAOI_NAME(gtaoi_share)(const gtao_context *c, int x, int y0, int y1) {
+    if (c->effort->more == 0)
+        GTAOI_NAME(gtaoi_share_planes)(c, x, y0, y1, 0);
+    else
+        GTAOI_NAME(gtaoi_share_planes)(c, x, y0, y1, c->effort->more);
 }
 
 /* Stage by stage over blocks of four groups, so that the stages' long dependency chains overlap. The groups are the
