@@ -6375,12 +6375,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_keep)(const gtao_context *c, const GTAOI_PIXEL *p
     }
 }
 
-/* How far a pixel's neighbours may be from its tangent plane: a quarter of its depth's change over a pixel. */
+/* How far a pixel's neighbours may be from its tangent plane: a quarter of its depth's change over a pixel. Sky has no
+ * neighbours. */
 GTAOI_FI GV GTAOI_NAME(gtaoi_close)(const gtaoi_effort *e, ptrdiff_t at) {
     GTAOI_NO_CONTRACT
-    GV foot = GV_ADD(GV_MUL(GV_LOAD(e->planes[GTAOI_EFFORT_HEIGHT] + at), GV_SET(e->foot)), GV_SET(e->foot_bias));
+    GV w = GV_LOAD(e->planes[GTAOI_EFFORT_HEIGHT] + at),
+       foot = GV_ADD(GV_MUL(w, GV_SET(e->foot)), GV_SET(e->foot_bias));
     foot = GV_ADD(foot, GV_ABS(GV_LOAD(e->planes[GTAOI_EFFORT_TILT_X] + at)));
-    return GV_MUL(GV_SET(0.25f), GV_ADD(foot, GV_ABS(GV_LOAD(e->planes[GTAOI_EFFORT_TILT_Y] + at))));
+    foot = GV_ADD(foot, GV_ABS(GV_LOAD(e->planes[GTAOI_EFFORT_TILT_Y] + at)));
+    return GV_SELECT(GV_LT(GV_SET(GTAOI_SKY_LIMIT), w), GV_MUL(GV_SET(0.25f), foot), GV_SET(-1.0f));
 }
 
 /* Whether the pixels at `at` and, `steps` further along an axis, at `there` lie on each other's tangent planes; `tilt`
