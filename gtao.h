@@ -174,6 +174,7 @@ extern "C" {
     X(GTAO_ERROR_ESTIMATOR, "estimator: unknown")                                                                      \
     X(GTAO_ERROR_WEIGHTING, "weighting: unknown")                                                                      \
     X(GTAO_ERROR_NOISE, "noise: unknown")                                                                              \
+    X(GTAO_ERROR_TARGET, "error_target: must be 0 or positive, with the memo's noise, not in frames and sweeps")       \
     X(GTAO_ERROR_ISA, "isa: unknown, not compiled in, or not supported by this machine")                               \
     X(GTAO_ERROR_OUTPUT, "output: null, or no buffer in it")                                                           \
     X(GTAO_ERROR_OUTPUT_FORMAT, "visibility_format: unknown")                                                          \
@@ -200,8 +201,7 @@ extern "C" {
     X(GTAO_ERROR_VIEW_TO_PREVIOUS, "view_to_previous: must be finite")                                                 \
     X(GTAO_ERROR_MOTION, "motion_stride, motion_components: 0 (2), 2 or 3 floats, rows apart by multiples of 4 bytes") \
     X(GTAO_ERROR_FRAME_ARCS, "desc.thickness_map, back, layers: not in frames, only a constant thickness")             \
-    X(GTAO_ERROR_STATE, "state, context: null, or smaller than gtao_frame_state_size()")                               \
-    X(GTAO_ERROR_TARGET, "error_target: must be 0 or positive, with the memo's noise, not in frames and sweeps")
+    X(GTAO_ERROR_STATE, "state, context: null, or smaller than gtao_frame_state_size()")
 
 typedef enum gtao_result {
 #define GTAOI_X(name, text) name,
