@@ -43,7 +43,8 @@
  * API LEVELS
  *   1 gtao_compute: one call. gtao_frame: the next frame of a sequence, at half resolution if wanted, filtered in space
  *     and time.
- *   2 gtao_begin, gtao_prepare_rows, gtao_visibility_rows: the stages, on row ranges.
+ *   2 gtao_begin, gtao_prepare_rows, gtao_visibility_rows: the stages, on row ranges. gtao_share_rows, gtao_refine_begin,
+ *     gtao_refine_rows: more effort where the image needs it (error_target).
  *     gtao_sweep_begin, gtao_sweep_run: the same by sweeping lines, at any radius, for baking.
  *   3 gtao_arc, gtao_arc_bent, gtao_noise_at, gtao_multi_bounce, ...: the formulas, for those who port them.
  *   depth, normals -> prepare (height, by noise phase) -> horizons -> integrate -> visibility, bent normals, SH
@@ -59,7 +60,8 @@
  *   and 8 for each further layer), its padding (1 KiB a row at most), and sample tables, 32 bytes for each of 16 noise
  *   phases (1 without noise) x slices x radius classes (4 an octave) x steps, or x pixels of the largest radius in
  *   every-pixel mode. 960x540, 1 slice of 8 steps: 5.3 bytes a pixel in all (tests/unit/test_api.c). gtao_frame's state:
- *   gtao_frame_state_size.
+ *   gtao_frame_state_size. error_target: 72 bytes a pixel more, of which 24 are touched without bent normals and
+ *   harmonics, and tables of tens of megabytes, of which only the radii and levels in use are touched.
  *
  * THREADS
  *   None inside. Ranges of rows of one stage may run on any threads at once; finish gtao_prepare_rows of all rows
@@ -2943,7 +2945,7 @@ GTAO_API float gtao_refine_begin(gtao_context *context, float most) {
         sums[b] += (double)e->tile[i].variance, counts[b]++;
         pixels += (double)e->tile[i].count;
     }
-    target = gtaoi_min(context->d.error_target, 1.0f);
+    target = (double)gtaoi_min(context->d.error_target, 1.0f);
     target *= target * pixels;
     for (price = GTAOI_EFFORT_W * GTAOI_EFFORT_H, cost = 0.0;; price *= 0.840896415) { /* 2^-1/4 */
         for (b = 0, error = next_cost = 0.0; b < 256; b++) {
@@ -6393,8 +6395,9 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_coplanar)(const gtaoi_effort *e, ptrdiff_t at, ptrd
     GTAOI_NO_CONTRACT
     const float *height = e->planes[GTAOI_EFFORT_HEIGHT];
     GV away = GV_SUB(GV_LOAD(height + there), GV_LOAD(height + at)), step = GV_SET((float)steps);
-    return GM_AND(GV_LE(GV_ABS(GV_SUB(away, GV_MUL(GV_LOAD(tilt + at), step))), close),
-                  GV_LE(GV_ABS(GV_SUB(away, GV_MUL(GV_LOAD(tilt + there), step))), close));
+    GM of_own = GV_LE(GV_ABS(GV_SUB(away, GV_MUL(GV_LOAD(tilt + at), step))), close);
+    GM of_other = GV_LE(GV_ABS(GV_SUB(away, GV_MUL(GV_LOAD(tilt + there), step))), close);
+    return GM_AND(of_own, of_other);
 }
 
 /* Neighbours share their slices: means over 5x5 pixels, the outer ones half, so that each of the 16 phases of the noise

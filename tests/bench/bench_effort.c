@@ -65,16 +65,18 @@ static void pool_row(row *r, int scenes) {
     r->pooled = sqrt(r->pooled);
 }
 
-/* Time of uniform effort at this error, along the front of its settings; 0 where the front does not reach. */
-static double at_error(const row *r, int count, double error, int rows) {
+/* Time of uniform effort at this error, along the front of its settings, of a scene or (-1) pooled; 0 where the front
+ * does not reach. `rows`: without tables. */
+static double at_error(const row *r, int count, double error, int scene, bool rows) {
     double best = 0;
     for (int a = 0; a < count; ++a)
         for (int b = 0; b < count; ++b) { /* any two settings on both sides: the front is the least of all */
-            double ta = rows ? r[a].rows_mean : r[a].all_mean, tb = rows ? r[b].rows_mean : r[b].all_mean;
-            if (r[a].pooled < error || r[b].pooled > error || tb < ta)
+            double ea = scene < 0 ? r[a].pooled : r[a].rmse[scene], eb = scene < 0 ? r[b].pooled : r[b].rmse[scene];
+            double ta = scene >= 0 ? r[a].rows[scene] : rows ? r[a].rows_mean : r[a].all_mean;
+            double tb = scene >= 0 ? r[b].rows[scene] : rows ? r[b].rows_mean : r[b].all_mean;
+            if (ea < error || eb > error || tb < ta)
                 continue;
-            double u = r[a].pooled > r[b].pooled ? log(r[a].pooled / error) / log(r[a].pooled / r[b].pooled) : 1;
-            double t = exp(log(ta) + u * (log(tb) - log(ta)));
+            double u = ea > eb ? log(ea / error) / log(ea / eb) : 1, t = exp(log(ta) + u * (log(tb) - log(ta)));
             best = best == 0 || t < best ? t : best;
         }
     return best;
@@ -171,7 +173,8 @@ int main(int argc, char **argv) {
            "tables: ns | uniform | times |\n|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     for (int k = UNIFORM; k < UNIFORM + TARGETS; ++k) {
         const row *r = &rows[k];
-        double all = at_error(rows, UNIFORM, r->pooled, 0), part = at_error(rows, UNIFORM, r->pooled, 1);
+        double all = at_error(rows, UNIFORM, r->pooled, -1, false);
+        double part = at_error(rows, UNIFORM, r->pooled, -1, true);
         printf("| %s | %.4f | %.0f %% | %.0f | %.1f | %.1f | %.2f | %.1f | %.1f | %.2f |\n",
                k == UNIFORM ? "none: sharing alone" : r->name + 7, r->pooled, 100 * r->refined_mean, r->samples_mean,
                r->all_mean, all, all / r->all_mean, r->rows_mean, part, part / r->rows_mean);
@@ -185,7 +188,8 @@ int main(int argc, char **argv) {
     for (int k = UNIFORM; k < UNIFORM + TARGETS; ++k) {
         printf("\n| %s |", k == UNIFORM ? "none" : rows[k].name + 7);
         for (int i = 0; i < scenes; ++i)
-            printf(" %.4f |", rows[k].rmse[i]);
+            printf(" %.4f (%.1f) |", rows[k].rmse[i],
+                   at_error(rows, UNIFORM, rows[k].rmse[i], i, true) / rows[k].rows[i]);
     }
     printf("\n");
     pool_destroy(threads);
