@@ -2983,31 +2983,37 @@ GTAO_API float gtao_refine_begin(gtao_context *context, float most) {
     return (float)(cost / n);
 }
 
+/* Level by level and, in each, by rows of the noise, so that the tables of one row stay in the cache. */
 GTAO_API void gtao_refine_rows(const gtao_context *context, int row_begin, int row_end, gtao_stats *stats) {
     const gtaoi_effort *e = context->effort;
-    int tx, ty, from, ty1;
+    int level, phase, tx, ty, from, ty0, ty1, i;
+    gtao_stats spent;
     if (!e)
         return;
-    ty1 = gtaoi_tile_rows(e, row_end);
-    for (ty = gtaoi_tile_rows(e, row_begin); ty < ty1; ty++)
-        for (tx = 0; tx < e->tiles_x; tx++) {
-            gtaoi_tile *t = e->tile + ty * e->tiles_x;
-            int level = t[tx].wanted, y = ty * GTAOI_EFFORT_H;
-            gtao_context part;
-            gtao_stats spent;
-            if (level <= t[tx].level)
-                continue;
-            memset(&spent, 0, sizeof spent);
-            part = e->level[level];
-            for (from = tx; tx < e->tiles_x && t[tx].wanted == level; tx++)
-                t[tx].level = t[tx].wanted;
-            part.x_begin = from * GTAOI_EFFORT_W, part.x_end = gtaoi_imin(tx * GTAOI_EFFORT_W, part.d.width);
-            tx--;
-            GTAOI_DISPATCH(part.d.isa, gtaoi_visibility,
-                           (&part, y, gtaoi_imin(y + GTAOI_EFFORT_H, part.d.height), &spent));
-            if (stats)
-                stats->samples += spent.samples, stats->refined += spent.pixels;
-        }
+    memset(&spent, 0, sizeof spent);
+    ty0 = gtaoi_tile_rows(e, row_begin), ty1 = gtaoi_tile_rows(e, row_end);
+    for (level = 1; level < e->levels; level++) {
+        gtao_context part = e->level[level];
+        for (phase = 0; phase < GTAOI_EFFORT_H; phase++)
+            for (ty = ty0; ty < ty1; ty++) {
+                const gtaoi_tile *t = e->tile + ty * e->tiles_x;
+                int y = ty * GTAOI_EFFORT_H + phase;
+                for (tx = 0; tx < e->tiles_x && y < part.d.height; tx++) {
+                    for (from = tx; tx < e->tiles_x && t[tx].wanted == level && t[tx].level < level; tx++)
+                        ;
+                    if (from == tx)
+                        continue;
+                    part.x_begin = from * GTAOI_EFFORT_W;
+                    part.x_end = gtaoi_imin(tx * GTAOI_EFFORT_W, part.d.width);
+                    GTAOI_DISPATCH(part.d.isa, gtaoi_visibility, (&part, y, y + 1, &spent));
+                }
+            }
+    }
+    for (i = ty0 * e->tiles_x; i < ty1 * e->tiles_x; i++)
+        if (e->tile[i].level < e->tile[i].wanted)
+            e->tile[i].level = e->tile[i].wanted;
+    if (stats)
+        stats->samples += spent.samples, stats->refined += spent.pixels;
 }
 
 GTAO_API void gtao_irradiance_rows(const gtao_desc *desc, const gtao_output *output, const float probe[27], float *rgb,

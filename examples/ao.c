@@ -712,7 +712,7 @@ static void refine(job *j, double seconds[STAGES_MAX], double *since, double end
     stage_done(j, "plan", seconds, since);
     if (!(most > 0.0f))
         return;
-    pool_run(j->workers, rows, 8, refine_rows, NULL, j);
+    pool_run(j->workers, rows, 32, refine_rows, NULL, j);
     stage_done(j, "refine", seconds, since);
     pool_run(j->workers, rows, 0, share_rows, NULL, j);
     stage_done(j, "share_refined", seconds, since);
