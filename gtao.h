@@ -43,8 +43,8 @@
  * API LEVELS
  *   1 gtao_compute: one call. gtao_frame: the next frame of a sequence, at half resolution if wanted, filtered in space
  *     and time.
- *   2 gtao_begin, gtao_prepare_rows, gtao_visibility_rows: the stages, on row ranges. gtao_share_rows, gtao_refine_begin,
- *     gtao_refine_rows: more effort where the image needs it (error_target).
+ *   2 gtao_begin, gtao_prepare_rows, gtao_visibility_rows: the stages, on row ranges.
+ *     gtao_share_rows, gtao_refine_begin, gtao_refine_rows: more effort where the image needs it (error_target).
  *     gtao_sweep_begin, gtao_sweep_run: the same by sweeping lines, at any radius, for baking.
  *   3 gtao_arc, gtao_arc_bent, gtao_noise_at, gtao_multi_bounce, ...: the formulas, for those who port them.
  *   depth, normals -> prepare (height, by noise phase) -> horizons -> integrate -> visibility, bent normals, SH
@@ -422,10 +422,10 @@ GTAO_API void gtao_visibility_rows(const gtao_context *context, int row_begin, i
  *                         the target is met
  *   gtao_refine_rows      ... computes these
  *   gtao_share_rows       ... and these tiles' results
- * For a time budget: gtao_refine_begin with what may be spent, in times of what gtao_visibility_rows took. Whenever time
- * is up gtao_refine_rows may be left out for the rest of the rows, gtao_share_rows is due for all rows. Ranges are
- * rounded up to multiples of 4 rows. Returns what gtao_refine_rows will take, in the same unit, 0: nothing left to do.
- * `most`: 0 no limit. error_target 1e-6 with a limit gives the least error within it. */
+ * For a time budget: `most` is what may be spent, in times of what gtao_visibility_rows took (0: no limit); a target of
+ * 1e-6 with it gives the least error within it. When time is up, gtao_refine_rows may be left out for the rest of the
+ * rows; gtao_share_rows is due for all. gtao_refine_begin returns what gtao_refine_rows will take, in the same unit; 0:
+ * nothing is left to do. Ranges are rounded up to multiples of 4 rows. */
 GTAO_API void gtao_share_rows(const gtao_context *context, int row_begin, int row_end);
 GTAO_API float gtao_refine_begin(gtao_context *context, float most);
 GTAO_API void gtao_refine_rows(const gtao_context *context, int row_begin, int row_end, gtao_stats *stats);
@@ -1353,9 +1353,9 @@ enum {
     GTAOI_LEVELS = 7
 };
 
-/* Slices and samples of each level; squared error left after sharing, by the variance of the mean over the window as the
- * first level has it; time, by that of the first level; and what is left of the variance of one slice, about 1 /
- * slices^1.5. All fitted to the scenes of build/bench_effort. */
+/* Slices and samples of each level; squared error left after sharing, by the variance of the window's mean as the first
+ * level has it; time, by that of the first level; and what is left of the variance of one slice, about 1 / slices^1.5.
+ * All fitted to the scenes of build/bench_effort. */
 static const struct {
     int slices, steps;
     float error, cost, settled;
@@ -2276,7 +2276,7 @@ GTAOI_INLINE int gtaoi_highest(unsigned m) {
 #endif
 }
 
-GTAOI_INLINE int gtaoi_popcount(unsigned m) { /* of 16 bits */
+GTAOI_INLINE int gtaoi_popcount(unsigned m) {    /* of 16 bits */
     if (m == 0xffffu || m == 0xffu || m == 0xfu) /* whole groups */
         return m == 0xffffu ? 16 : m == 0xffu ? 8 : 4;
     m = (m & 0x5555u) + (m >> 1 & 0x5555u);
@@ -6412,10 +6412,10 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_coplanar)(const gtaoi_effort *e, ptrdiff_t at, ptrd
 }
 
 /* Neighbours share their slices: means over 5x5 pixels, the outer ones half, so that each of the 16 phases of the noise
- * has the same weight and what varies linearly stays; of those that lie on one surface, along the row and then along the
- * column. Columns x .. x + 63 of rows [y0, y1), whole tiles.
- * The window's variance D, as the first level has it, is mostly that of one slice. With n slices a pixel s^2 = D / n^1.5
- * is left of it, and the rest of what the window then varies by, S^2, is the image: so the mean counts s^2 / S^2. */
+ * has the same weight and what varies linearly stays; of those that lie on one surface, along the row and then along
+ * the column. Columns x .. x + 63 of rows [y0, y1), whole tiles.
+ * The window's variance D, as the first level has it, is mostly that of one slice. With n slices s^2 = D / n^1.5 is
+ * left of it, and the rest of what the window then varies by, S^2, is the image: so the mean counts s^2 / S^2. */
 GTAOI_FI void GTAOI_NAME(gtaoi_share_planes)(const gtao_context *c, int x, int y0, int y1, int more_planes) {
     GTAOI_NO_CONTRACT
     enum { TAPS, WEIGHT, SQUARES, VISIBLE, MORE, FIELDS = MORE + 12 };

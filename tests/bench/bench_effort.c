@@ -2,10 +2,11 @@
  *
  *     build/bench_effort [--quick] [--size WIDTHxHEIGHT]
  *
- * Writes build/bench/effort.csv and prints tables. Errors are to 64 slices of every pixel of the same depth buffer, root
- * mean squares over the pixels with a surface, scenes pooled with equal weight. Times are processor time of one thread,
- * medians of interleaved runs, ns per pixel: `all` is gtao_compute; `rows` the same without gtao_begin and
- * gtao_refine_begin, whose tables cost less the larger the image is. Uniform effort at equal error: interpolated along the front of all uniform settings. */
+ * Writes build/bench/effort.csv and prints tables. Errors are to 64 slices of every pixel of the same depth buffer,
+ * root mean squares over the pixels with a surface, scenes pooled with equal weight. Times are processor time of one
+ * thread, medians of interleaved runs, ns per pixel: `all` is gtao_compute; `rows` the same without gtao_begin and
+ * gtao_refine_begin, whose tables cost less the larger the image is. Uniform effort at equal error: interpolated along
+ * the front of all uniform settings. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
