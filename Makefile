@@ -158,6 +158,7 @@ bench: $(bench_programs) build/lut build/tests/test_specular build/viewer build/
 	build/viewer --benchmark --threads 2 $(if $(QUICK),--frames 5) > build/bench/viewer.txt
 	$(if $(QUICK),,build/sequence build/bench/sequence > build/bench/sequence.txt)
 	build/bench_sweep $(if $(QUICK),--quick) > build/bench/sweep.txt
+	build/bench_effort $(if $(QUICK),--quick) > build/bench/effort.txt
 	tests/bench/publish.sh $(if $(QUICK),,docs)
 	tests/bench/specular.sh $(if $(QUICK),--quick,docs)
 

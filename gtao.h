@@ -44,6 +44,7 @@
  *   1 gtao_compute: one call. gtao_frame: the next frame of a sequence, at half resolution if wanted, filtered in space
  *     and time.
  *   2 gtao_begin, gtao_prepare_rows, gtao_visibility_rows: the stages, on row ranges.
+ *     gtao_share_rows, gtao_refine_begin, gtao_refine_rows: more effort where the image needs it (error_target).
  *     gtao_sweep_begin, gtao_sweep_run: the same by sweeping lines, at any radius, for baking.
  *   3 gtao_arc, gtao_arc_bent, gtao_noise_at, gtao_multi_bounce, ...: the formulas, for those who port them.
  *   depth, normals -> prepare (height, by noise phase) -> horizons -> integrate -> visibility, bent normals, SH
@@ -59,7 +60,8 @@
  *   and 8 for each further layer), its padding (1 KiB a row at most), and sample tables, 32 bytes for each of 16 noise
  *   phases (1 without noise) x slices x radius classes (4 an octave) x steps, or x pixels of the largest radius in
  *   every-pixel mode. 960x540, 1 slice of 8 steps: 5.7 bytes a pixel in all (tests/unit/test_api.c). gtao_frame's state:
- *   gtao_frame_state_size.
+ *   gtao_frame_state_size. error_target: 72 bytes a pixel more, of which 24 are touched without bent normals and
+ *   harmonics, and tables of tens of megabytes, of which only the radii and levels in use are touched.
  *
  * THREADS
  *   None inside. Ranges of rows of one stage may run on any threads at once; finish gtao_prepare_rows of all rows
@@ -176,6 +178,7 @@ extern "C" {
     X(GTAO_ERROR_ESTIMATOR, "estimator: unknown")                                                                      \
     X(GTAO_ERROR_WEIGHTING, "weighting: unknown")                                                                      \
     X(GTAO_ERROR_NOISE, "noise: unknown")                                                                              \
+    X(GTAO_ERROR_TARGET, "error_target: must be 0 or positive, with the memo's noise, not in frames and sweeps")       \
     X(GTAO_ERROR_ISA, "isa: unknown, not compiled in, or not supported by this machine")                               \
     X(GTAO_ERROR_OUTPUT, "output: null, or no buffer in it")                                                           \
     X(GTAO_ERROR_OUTPUT_FORMAT, "visibility_format: unknown")                                                          \
@@ -325,14 +328,17 @@ typedef struct gtao_desc {
     int max_radius_px; /* cap of the search in pixels; 0: the image diagonal; 32767 at most */
 
     gtao_preset preset;
-    int slices;       /* directions per pixel, 1..64; 0: from the preset */
-    int steps;        /* samples on each side of a slice, 1..256; 0: from the preset */
-    int every_pixel;  /* nonzero: visit every pixel out to the radius instead of `steps` samples */
-    float step_power; /* samples lie at 1 + (radius_px - 1) ((j + offset) / steps)^power; 0: 2 */
-    float tolerance;  /* error of a visibility that may be traded for speed, 0..1; 0: none. What rises little above a
+    int slices;         /* directions per pixel, 1..64; 0: from the preset */
+    int steps;          /* samples on each side of a slice, 1..256; 0: from the preset */
+    int every_pixel;    /* nonzero: visit every pixel out to the radius instead of `steps` samples */
+    float step_power;   /* samples lie at 1 + (radius_px - 1) ((j + offset) / steps)^power; 0: 2 */
+    float error_target; /* RMSE of visibility to aim at, against endless slices and samples: effort goes where the image
+                         * needs it, preset, slices, steps and every_pixel are not read (docs/performance.md). Needs
+                         * GTAO_NOISE_MEMO. 0: off; below 0.02 is out of reach */
+    float tolerance;    /* error of a visibility that may be traded for speed, 0..1; 0: none. What rises little above a
                        * tangent plane does not count, so bumpy ground is open ground. The visibility is never less
                        * than without it and at most this more (normalized estimator, no thin_blend, no thickness) */
-    float thin_blend; /* [J16] thickness heuristic: a sample below the horizon pulls it down by this factor; 0: off */
+    float thin_blend;   /* [J16] thickness heuristic: a sample below the horizon pulls it down by this factor; 0: off */
     /* Occluders with thickness: with any of these set, slices are integrated as unions of arcs instead of up to a
      * horizon. A sample is then a column along its view ray, from its front to its back (docs/theory.md). */
     float thickness;            /* length of the column, world units; 0 or 1e30 and more: endless, a height field */
@@ -399,6 +405,7 @@ typedef struct gtao_stats {
     uint64_t sky_skipped;     /* pixels of `sky` in blocks that were not looked at */
     uint64_t open;            /* pixels that are known to be open */
     uint64_t samples_skipped; /* of the other pixels: samples that cannot rise, not taken */
+    uint64_t refined;         /* error_target: pixels of tiles that got more slices than one */
     uint64_t unchanged;       /* gtao_frame: pixels of the filters' resolution in tiles at rest, not computed anew */
 } gtao_stats;
 
@@ -428,6 +435,22 @@ GTAO_API void gtao_prepare_rows(const gtao_context *context, int row_begin, int 
 
 /* ... horizons, integration and output, rows [row_begin, row_end), again in any order on any threads. */
 GTAO_API void gtao_visibility_rows(const gtao_context *context, int row_begin, int row_end, gtao_stats *stats);
+
+/* With error_target set, gtao_visibility_rows is the first of these stages, to be finished one before the other, and
+ * gtao_share_rows writes the output:
+ *   gtao_visibility_rows  one slice of 16 samples a pixel
+ *   gtao_share_rows       neighbours on one surface share their slices: the first result, with an estimate of its error
+ *   gtao_refine_begin     one thread: more slices for the tiles in which they take off most error for their time, till
+ *                         the target is met
+ *   gtao_refine_rows      ... computes these
+ *   gtao_share_rows       ... and these tiles' results
+ * For a time budget: `most` is what may be spent, in times of what gtao_visibility_rows took (0: no limit); a target of
+ * 1e-6 with it gives the least error within it. When time is up, gtao_refine_rows may be left out for the rest of the
+ * rows; gtao_share_rows is due for all. gtao_refine_begin returns what gtao_refine_rows will take, in the same unit; 0:
+ * nothing is left to do. Ranges are rounded up to multiples of 4 rows. */
+GTAO_API void gtao_share_rows(const gtao_context *context, int row_begin, int row_end);
+GTAO_API float gtao_refine_begin(gtao_context *context, float most);
+GTAO_API void gtao_refine_rows(const gtao_context *context, int row_begin, int row_end, gtao_stats *stats);
 
 /* What was resolved: the preset's slices and steps, the kernel in use. */
 GTAO_API int gtao_context_slices(const gtao_context *context);
@@ -1364,6 +1387,8 @@ struct gtao_context {
     ptrdiff_t cell_pitch;            /* floats from one row of cells to the next */
     float *cell[GTAOI_CELL_PLANES];  /* what they hold */
     uint32_t *prepared;              /* of each row: the range that it was last prepared in */
+    struct gtaoi_effort *effort;     /* error_target; null: none */
+    float *keep;                     /* height and tilt of each pixel go there, planes of gtaoi_effort; null: nowhere */
 };
 
 typedef struct gtaoi_layout {
@@ -1373,7 +1398,57 @@ typedef struct gtaoi_layout {
     ptrdiff_t pitch, plane;
     int planes;
     uint64_t w, slice, sample, taps, count, noise, cells, prepared, total; /* byte offsets in the aligned scratch */
+    int levels, effort_planes;
+    ptrdiff_t effort_pitch;
+    uint64_t effort, effort_plane, tiles, level_tables[8];
 } gtaoi_layout;
+
+/* ---- effort by need ---- */
+
+enum {
+    GTAOI_EFFORT_W = 64, /* a tile: one group of 16 pixels of each of the 16 phases */
+    GTAOI_EFFORT_H = 4,
+    GTAOI_EFFORT_PAD = 16,
+    GTAOI_LEVELS = 7
+};
+
+/* Slices and samples of each level; squared error left after sharing, by the variance of the window's mean as the first
+ * level has it; time, by that of the first level; and what is left of the variance of one slice, about 1 / slices^1.5.
+ * All fitted to the scenes of build/bench_effort. */
+static const struct {
+    int slices, steps;
+    float error, cost, settled;
+} gtaoi_levels[GTAOI_LEVELS] = {
+    {1, 24, 1.1f, 1.0f, 1.0f},     {2, 24, 0.72f, 2.1f, 1.4f},   {3, 32, 0.43f, 3.4f, 0.385f},
+    {4, 48, 0.275f, 5.3f, 0.188f}, {6, 64, 0.18f, 9.1f, 0.068f}, {8, 64, 0.145f, 12.3f, 0.044f},
+    {16, 64, 0.1f, 25.5f, 0.016f},
+};
+
+typedef struct gtaoi_effort_tile {
+    float variance, count;       /* sums over the tile's pixels, of those with a surface */
+    float w_least, w_most;       /* of their heights; least > most: none */
+    unsigned char level, wanted; /* what has been computed, what is to be */
+} gtaoi_effort_tile;
+
+enum { /* planes: those of the signal first, then harmonics */
+       GTAOI_EFFORT_SIGNAL,
+       GTAOI_EFFORT_HEIGHT = 14,
+       GTAOI_EFFORT_TILT_X,
+       GTAOI_EFFORT_TILT_Y,
+       GTAOI_EFFORT_VARIANCE,
+       GTAOI_EFFORT_KINDS
+};
+
+typedef struct gtaoi_effort {
+    struct gtao_context level[GTAOI_LEVELS];
+    int levels, tiles_x, tiles_y, max_radius;
+    int more;              /* planes that are shared beside visibility: bent normal, harmonics */
+    int second;            /* gtao_refine_begin has been called */
+    float foot, foot_bias; /* height per pixel of a surface that faces the eye: foot w + foot_bias */
+    ptrdiff_t pitch, plane;
+    float *planes[GTAOI_EFFORT_KINDS]; /* at row 0, column 0; the signal's weight is that of all its slices */
+    gtaoi_effort_tile *tile;
+} gtaoi_effort;
 
 /* On the front of error against time of all settings (docs/benchmark.md). */
 static const struct {
@@ -1502,6 +1577,8 @@ static gtao_result gtaoi_check_desc(const gtao_desc *d) {
         return GTAO_ERROR_WEIGHTING;
     if ((unsigned)d->noise > GTAO_NOISE_NONE)
         return GTAO_ERROR_NOISE;
+    if (!(d->error_target >= 0.0f) || (d->error_target > 0.0f && d->noise != GTAO_NOISE_MEMO))
+        return GTAO_ERROR_TARGET;
     if (!gtao_isa_available(d->isa))
         return GTAO_ERROR_ISA;
     return GTAO_OK;
@@ -1543,6 +1620,30 @@ static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) 
     return GTAO_OK;
 }
 
+/* Levels that a target may want: the highest ones for small targets only. */
+static void gtaoi_plan_effort(const gtao_desc *d, gtaoi_layout *l) {
+    uint64_t tables = 16 * (uint64_t)l->classes, at = (l->total + 63) / 64 * 64;
+    int i;
+    l->levels = d->error_target >= 0.05f ? 5 : d->error_target >= 0.03f ? 6 : GTAOI_LEVELS;
+    l->effort = at;
+    at += (sizeof(gtaoi_effort) + 63) / 64 * 64;
+    for (i = 1; i < l->levels; i++) { /* slices, samples, counts */
+        uint64_t n = (uint64_t)gtaoi_levels[i].slices;
+        l->level_tables[i] = at;
+        at += (16 * n * sizeof(gtaoi_slice) + 63) / 64 * 64;
+        at += tables * n * (uint64_t)gtaoi_levels[i].steps * sizeof(gtaoi_sample);
+        at += (tables * n * sizeof(int) + 63) / 64 * 64;
+    }
+    l->effort_pitch = ((d->width + GTAOI_EFFORT_W - 1) & ~(GTAOI_EFFORT_W - 1)) + 2 * GTAOI_EFFORT_PAD;
+    l->effort_planes = 18; /* what the output does not ask for is not touched */
+    l->effort_plane = at;
+    at += (uint64_t)l->effort_planes * (uint64_t)l->effort_pitch * (uint64_t)d->height * sizeof(float);
+    l->tiles = at;
+    at += (uint64_t)(l->effort_pitch / GTAOI_EFFORT_W) * (uint64_t)((d->height + GTAOI_EFFORT_H - 1) / GTAOI_EFFORT_H) *
+          sizeof(gtaoi_effort_tile);
+    l->total = at + 63;
+}
+
 /* Everything that decides the size of the scratch buffer. */
 /* Floats in a row of cells, with room for a group that starts at the last one. */
 static ptrdiff_t gtaoi_cell_pitch(int width) {
@@ -1556,7 +1657,7 @@ static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
     memset(l, 0, sizeof *l);
     l->slices = d->slices ? d->slices : gtaoi_presets[d->preset].slices;
     l->max_steps = d->steps ? d->steps : gtaoi_presets[d->preset].steps;
-    l->every_pixel = d->every_pixel || l->max_steps == 0;
+    l->every_pixel = (d->every_pixel || l->max_steps == 0) && !(d->error_target > 0.0f);
     l->max_radius = gtaoi_imin((int)diagonal + 1, INT16_MAX); /* the offsets of gtaoi_sample have 16 bits */
     if (d->max_radius_px > 0)
         l->max_radius = gtaoi_imin(l->max_radius, d->max_radius_px);
@@ -1579,6 +1680,9 @@ static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
     l->class_base = gtaoi_bits(l->extent_min) >> GTAOI_CLASS_SHIFT;
     l->classes = (int)((gtaoi_bits(l->extent_max) >> GTAOI_CLASS_SHIFT) - l->class_base) + 1;
     l->classes = gtaoi_imin(l->classes, GTAOI_MAX_CLASSES + 1);
+
+    if (d->error_target > 0.0f)
+        l->slices = gtaoi_levels[0].slices, l->max_steps = gtaoi_levels[0].steps;
 
     l->per_segment = (d->width + l->period - 1) / l->period;
     l->segment = (l->per_segment + 2 * GTAOI_PAD + GTAOI_LANES + 15) & ~15;
@@ -1605,6 +1709,8 @@ static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
     l->prepared = l->cells + GTAOI_CELL_PLANES * sizeof(float) * (uint64_t)gtaoi_cell_pitch(d->width) *
                                  (uint64_t)((d->height + GTAOI_CELL - 1) / GTAOI_CELL);
     l->total = l->prepared + (uint64_t)d->height * sizeof(uint32_t) + 63; /* room to align */
+    if (d->error_target > 0.0f)
+        gtaoi_plan_effort(d, l);
 }
 
 GTAO_API size_t gtao_scratch_size(const gtao_desc *desc) {
@@ -1717,7 +1823,8 @@ static int gtaoi_direction(float x, float y) {
     return (k + 3 - (x > half * y)) & (GTAOI_DIRECTIONS - 1);
 }
 
-static void gtaoi_fill_tables(gtao_context *c, const gtaoi_layout *l) {
+/* `chosen`: the radius classes that are wanted; null: all. */
+static void gtaoi_fill_tables(gtao_context *c, int max_radius, const unsigned char *chosen) {
     GTAOI_NO_CONTRACT
     int px, py, k, r;
     double ratio = c->orthographic ? (double)gtaoi_sy(&c->d.camera) / (double)c->d.camera.sx : 1.0;
@@ -1743,11 +1850,13 @@ static void gtaoi_fill_tables(gtao_context *c, const gtaoi_layout *l) {
                     continue;
                 if (c->every_pixel)
                     gtaoi_fill_every(c, c->sample + (size_t)index * (size_t)c->max_steps, c->taps + index * GTAOI_NEAR,
-                                     px, dx, dy, l->max_radius);
+                                     px, dx, dy, max_radius);
                 for (r = 0; r < c->classes; r++) {
                     size_t at = (size_t)index * (size_t)c->classes + (size_t)r;
-                    double radius = gtaoi_class_radius(c, r, 1.0 / b, l->max_radius);
+                    double radius = gtaoi_class_radius(c, r, 1.0 / b, max_radius);
                     double unit = (double)gtaoi_max((float)(dx < 0.0 ? -dx : dx), (float)(dy < 0.0 ? -dy : dy));
+                    if (chosen && !chosen[r])
+                        continue;
                     if (c->every_pixel)
                         c->count[at] = gtaoi_imax(1, gtaoi_imin((int)(radius * unit + 1e-6), c->max_steps));
                     else
@@ -2004,6 +2113,55 @@ static void gtaoi_begin_cells(gtao_context *c, float *cells, uint32_t *prepared)
         c->skips &= ~(unsigned)GTAO_SKIP_OPEN;
 }
 
+/* The levels' contexts, which write planes of the scratch in place of the caller's buffers. */
+static void gtaoi_begin_effort(gtao_context *c, const gtaoi_layout *l, char *base) {
+    gtaoi_effort *e = (gtaoi_effort *)(void *)(base + l->effort);
+    uint64_t tables = 16 * (uint64_t)c->classes;
+    int i;
+    memset(e, 0, sizeof *e);
+    e->levels = l->levels;
+    e->max_radius = l->max_radius;
+    e->tiles_x = (c->d.width + GTAOI_EFFORT_W - 1) / GTAOI_EFFORT_W;
+    e->tiles_y = (c->d.height + GTAOI_EFFORT_H - 1) / GTAOI_EFFORT_H;
+    e->pitch = l->effort_pitch;
+    e->plane = e->pitch * c->d.height;
+    e->more = (c->bent ? 3 : 0) + (c->o.sh ? gtaoi_sh_count(&c->o) : 0);
+    e->foot = c->orthographic ? 0.0f : c->same_surface / GTAOI_SAME_SURFACE_PX;
+    e->foot_bias = c->orthographic ? 1.0f : 0.0f;
+    e->tile = (gtaoi_effort_tile *)(void *)(base + l->tiles);
+    memset(e->tile, 0, (size_t)e->tiles_x * (size_t)e->tiles_y * sizeof *e->tile);
+    for (i = 0; i < GTAOI_EFFORT_KINDS; i++)
+        e->planes[i] = (float *)(void *)(base + l->effort_plane) + i * e->plane + GTAOI_EFFORT_PAD;
+    for (i = 0; i < e->levels; i++) {
+        gtao_context *level = &e->level[i];
+        *level = *c;
+        memset(&level->o, 0, sizeof level->o);
+        level->signal = c->bent ? 5 : 2;
+        level->o.signal = e->planes[GTAOI_EFFORT_SIGNAL];
+        level->o.signal_stride = e->pitch * 4, level->o.signal_plane_stride = e->plane * 4;
+        if (c->o.sh) {
+            level->o.sh = e->planes[GTAOI_EFFORT_SIGNAL + 5], level->o.sh_bands = c->o.sh_bands;
+            level->o.sh_stride = e->pitch * 4, level->o.sh_plane_stride = e->plane * 4;
+        }
+        level->weight_scale *= (float)c->slices;     /* the sum over the slices, not their mean */
+        level->skips &= (unsigned)GTAO_SKIP_SECTORS; /* sky and open pixels too have a height and a weight */
+        if (i == 0) {
+            level->keep = e->planes[GTAOI_EFFORT_HEIGHT];
+        } else {
+            char *at = base + l->level_tables[i];
+            uint64_t n = (uint64_t)gtaoi_levels[i].slices;
+            level->slices = level->slice_end = gtaoi_levels[i].slices;
+            level->max_steps = gtaoi_levels[i].steps;
+            level->slice = (gtaoi_slice *)(void *)at;
+            at += (16 * n * sizeof(gtaoi_slice) + 63) / 64 * 64;
+            level->sample = (gtaoi_sample *)(void *)at;
+            at += tables * n * (uint64_t)level->max_steps * sizeof(gtaoi_sample);
+            level->count = (int *)(void *)at;
+        }
+    }
+    c->effort = e;
+}
+
 /* The whole context in scratch at `base`, where it stands first. */
 static void gtaoi_begin(const gtao_desc *desc, const gtao_output *output, const gtaoi_layout *plan, char *base,
                         gtao_context *c) {
@@ -2018,7 +2176,7 @@ static void gtaoi_begin(const gtao_desc *desc, const gtao_output *output, const 
     c->noise = (float *)(void *)(base + l.noise);
     c->step = c->noise + 2 * 64 * (64 + GTAOI_LANES);
     gtaoi_begin_cells(c, (float *)(void *)(base + l.cells), (uint32_t *)(void *)(base + l.prepared));
-    gtaoi_fill_tables(c, plan);
+    gtaoi_fill_tables(c, l.max_radius, NULL);
     if (c->per_pixel_noise)
         gtaoi_fill_noise(c);
     c->w += 2 * c->pitch;
@@ -2027,6 +2185,8 @@ static void gtaoi_begin(const gtao_desc *desc, const gtao_output *output, const 
         gtaoi_fill_sky(w - 2 * c->pitch, c->pitch);
         gtaoi_fill_sky(w + (ptrdiff_t)(desc->height + 1) * c->pitch, c->pitch);
     }
+    if (desc->error_target > 0.0f)
+        gtaoi_begin_effort(c, plan, base);
 }
 
 GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output, void *scratch, size_t scratch_size,
@@ -2171,6 +2331,45 @@ static float gtaoi_ry2(const gtao_context *c, int y) {
     GTAOI_NO_CONTRACT
     float ry = gtaoi_clamp(((float)y + 0.5f - c->cy) * c->by1, -GTAOI_RAY_LIMIT, GTAOI_RAY_LIMIT);
     return ry * ry + 1.0f;
+}
+
+/* ---- effort by need ---- */
+
+/* Results of up to 64 pixels of a row, visibility first, to the caller's buffers. */
+static void gtaoi_store_shared(const gtao_context *c, int x, int y, float slices, float result[][GTAOI_EFFORT_W]) {
+    GTAOI_NO_CONTRACT
+    const gtaoi_effort *e = c->effort;
+    const float *own = e->planes[GTAOI_EFFORT_SIGNAL] + (ptrdiff_t)y * e->pitch + x;
+    float b[3 * GTAOI_EFFORT_W], s[4][4 * GTAOI_LANES];
+    int i, k, n = gtaoi_imin(GTAOI_EFFORT_W, c->d.width - x), bent = c->bent ? 3 : 0;
+    for (i = 0; c->bent && i < n; i++) {
+        float bx = result[1][i], by = result[2][i], bz = result[3][i], length = bx * bx + by * by + bz * bz;
+        if (!(length >= 1e-12f)) { /* neighbours that cancel each other */
+            bx = own[2 * e->plane + i], by = own[3 * e->plane + i], bz = own[4 * e->plane + i];
+            length = bx * bx + by * by + bz * bz;
+        }
+        length = (float)sqrt((double)length);
+        b[3 * i] = bx / length, b[3 * i + 1] = by / length, b[3 * i + 2] = bz / length;
+        s[1][i] = bx, s[2][i] = by, s[3][i] = bz;
+    }
+    if (c->d.estimator == GTAO_ESTIMATOR_MEMO)
+        slices = 1.0f;
+    for (i = 0; c->signal && i < n; i++)
+        s[0][i] = own[e->plane + i] / slices;
+    gtaoi_store(c, x, y, n, result[0], b, s);
+    for (k = 0; c->o.sh && k < gtaoi_sh_count(&c->o); k++)
+        memcpy((char *)c->o.sh + (ptrdiff_t)k * c->o.sh_plane_stride + (ptrdiff_t)y * c->o.sh_stride + (ptrdiff_t)x * 4,
+               result[1 + bent + k], (size_t)n * 4);
+}
+
+static void gtaoi_sum_tile(gtaoi_effort_tile *t, float columns[4][GTAOI_EFFORT_W]) {
+    GTAOI_NO_CONTRACT
+    int i;
+    t->variance = t->count = 0.0f, t->w_least = FLT_MAX, t->w_most = -FLT_MAX;
+    for (i = 0; i < GTAOI_EFFORT_W; i++) {
+        t->variance += columns[0][i], t->count += columns[1][i];
+        t->w_least = gtaoi_min(t->w_least, columns[2][i]), t->w_most = gtaoi_max(t->w_most, columns[3][i]);
+    }
 }
 
 /* Index of the lowest and of the highest bit; m is not 0. */
@@ -2535,6 +2734,8 @@ static gtao_result gtaoi_check_frame(const gtao_frame_desc *f) {
     result = gtaoi_check_desc(&f->desc);
     if (result != GTAO_OK)
         return result;
+    if (f->desc.error_target > 0.0f)
+        return GTAO_ERROR_TARGET;
     if (f->desc.thickness_map || f->desc.back || f->desc.layer_count > 0)
         return GTAO_ERROR_FRAME_ARCS;
     if ((unsigned)f->reduction > GTAO_REDUCE_CHECKERBOARD)
@@ -2966,10 +3167,158 @@ GTAO_API void gtao_prepare_rows(const gtao_context *context, int row_begin, int 
 
 GTAO_API void gtao_visibility_rows(const gtao_context *context, int row_begin, int row_end, gtao_stats *stats) {
     gtao_stats unused;
+    int y;
     if (!stats)
         memset(&unused, 0, sizeof unused), stats = &unused;
     row_begin = gtaoi_imax(row_begin, 0), row_end = gtaoi_imin(row_end, context->d.height);
+    if (context->effort) {
+        for (y = row_begin; y < row_end; y++) {
+            float *row = context->effort->planes[GTAOI_EFFORT_HEIGHT] + (ptrdiff_t)y * context->effort->pitch;
+            gtaoi_fill_sky(row - GTAOI_EFFORT_PAD, GTAOI_EFFORT_PAD);
+            gtaoi_fill_sky(row + context->d.width, context->effort->pitch - GTAOI_EFFORT_PAD - context->d.width);
+        }
+        context = context->effort->level;
+    }
     GTAOI_DISPATCH(context->d.isa, gtaoi_visibility, (context, row_begin, row_end, stats));
+}
+
+/* Rows of tiles that begin in [row_begin, row_end). */
+static int gtaoi_tile_rows(const gtaoi_effort *e, int row) {
+    return gtaoi_imin(gtaoi_imax(row, 0) / GTAOI_EFFORT_H + (row > 0 && row % GTAOI_EFFORT_H), e->tiles_y);
+}
+
+GTAO_API void gtao_share_rows(const gtao_context *context, int row_begin, int row_end) {
+    const gtaoi_effort *e = context->effort;
+    int tx, ty, from, ty0, ty1;
+    if (!e)
+        return;
+    ty0 = gtaoi_tile_rows(e, row_begin), ty1 = gtaoi_tile_rows(e, row_end);
+    for (tx = 0; tx < e->tiles_x; tx++)
+        for (ty = ty0; ty < ty1; ty++) {
+            for (from = ty; ty < ty1 && (!e->second || e->tile[ty * e->tiles_x + tx].level > 0); ty++)
+                ;
+            if (from < ty)
+                GTAOI_DISPATCH(context->d.isa, gtaoi_share,
+                               (context, tx * GTAOI_EFFORT_W, from * GTAOI_EFFORT_H,
+                                gtaoi_imin(ty * GTAOI_EFFORT_H, context->d.height)));
+        }
+}
+
+/* Marks the radius classes of the pixels of a tile, with one more on each side; `farthest` is the longest ray. */
+static void gtaoi_mark_classes(const gtao_context *c, const gtaoi_effort_tile *t, float farthest, unsigned char *used) {
+    GTAOI_NO_CONTRACT
+    int from = 0, to = c->classes - 1;
+    if (!c->orthographic && c->bounded) {
+        from = gtaoi_class(c, gtaoi_clamp(t->w_least * c->reach, c->extent_min, c->extent_max)) - 1;
+        to = gtaoi_class(c, gtaoi_clamp(t->w_most * farthest * c->reach, c->extent_min, c->extent_max)) + 1;
+    }
+    for (from = gtaoi_imax(from, 0), to = gtaoi_imin(to, c->classes - 1); from <= to; from++)
+        used[from] = 1;
+}
+
+/* Length of the ray through the corner that is farthest from the principal point. */
+static float gtaoi_farthest(const gtao_context *c) {
+    GTAOI_NO_CONTRACT
+    float rx =
+        gtaoi_max(gtaoi_max(c->cx, -c->cx), gtaoi_max((float)c->d.width - c->cx, c->cx - (float)c->d.width)) * c->bx1;
+    float ry =
+        gtaoi_max(gtaoi_max(c->cy, -c->cy), gtaoi_max((float)c->d.height - c->cy, c->cy - (float)c->d.height)) * c->by1;
+    rx = gtaoi_min(rx, GTAOI_RAY_LIMIT), ry = gtaoi_min(ry, GTAOI_RAY_LIMIT);
+    return (float)sqrt((double)(rx * rx + ry * ry + 1.0f));
+}
+
+/* A bin of the tiles by their variance, four an octave. */
+static int gtaoi_effort_bin(const gtaoi_effort_tile *t) {
+    return gtaoi_imin(gtaoi_imax((int)(gtaoi_bits(t->variance) >> 21) - (100 << 2), 0), 255);
+}
+
+/* Least error for the time: each tile takes the level of least error + price * time. The price falls until the error
+ * meets the target or the time its limit. */
+GTAO_API float gtao_refine_begin(gtao_context *context, float most) {
+    GTAOI_NO_CONTRACT
+    gtaoi_effort *e = context->effort;
+    double sums[256], price, pixels = 0.0, target, cost, error, next_cost;
+    int counts[256], i, b, k, n;
+    unsigned char levels[256], next[256], used[GTAOI_LEVELS][GTAOI_MAX_CLASSES + 1], level_used[GTAOI_LEVELS];
+    float farthest;
+    if (!e)
+        return 0.0f;
+    memset(sums, 0, sizeof sums), memset(counts, 0, sizeof counts), memset(levels, 0, sizeof levels);
+    n = e->tiles_x * e->tiles_y;
+    for (i = 0; i < n; i++) {
+        b = gtaoi_effort_bin(&e->tile[i]);
+        sums[b] += (double)e->tile[i].variance, counts[b]++;
+        pixels += (double)e->tile[i].count;
+    }
+    target = (double)gtaoi_min(context->d.error_target, 1.0f);
+    target *= target * pixels;
+    for (price = GTAOI_EFFORT_W * GTAOI_EFFORT_H, cost = 0.0;; price *= 0.840896415) { /* 2^-1/4 */
+        for (b = 0, error = next_cost = 0.0; b < 256; b++) {
+            double least = 0.0;
+            for (k = 0; counts[b] && k < e->levels; k++) {
+                double time = k ? (double)gtaoi_levels[k].cost * counts[b] : 0.0;
+                double both = (double)gtaoi_levels[k].error * sums[b] + price * time;
+                if (k == 0 || both < least)
+                    least = both, next[b] = (unsigned char)k;
+            }
+            if (counts[b]) {
+                error += (double)gtaoi_levels[next[b]].error * sums[b];
+                next_cost += next[b] ? (double)gtaoi_levels[next[b]].cost * counts[b] : 0.0;
+            }
+        }
+        if (most > 0.0f && next_cost > (double)most * n)
+            break;
+        memcpy(levels, next, sizeof levels), cost = next_cost;
+        if (error <= target || price < 1e-9)
+            break;
+    }
+    memset(used, 0, sizeof used), memset(level_used, 0, sizeof level_used);
+    farthest = gtaoi_farthest(context);
+    for (i = 0; i < n; i++) {
+        k = levels[gtaoi_effort_bin(&e->tile[i])];
+        e->tile[i].wanted = (unsigned char)k;
+        level_used[k] = 1;
+        if (k && e->tile[i].count > 0.0f)
+            gtaoi_mark_classes(context, &e->tile[i], farthest, used[k]);
+    }
+    for (k = 1; k < e->levels; k++)
+        if (level_used[k])
+            gtaoi_fill_tables(&e->level[k], e->max_radius, used[k]);
+    e->second = 1;
+    return (float)(cost / n);
+}
+
+/* Level by level and, in each, by rows of the noise, so that the tables of one row stay in the cache. */
+GTAO_API void gtao_refine_rows(const gtao_context *context, int row_begin, int row_end, gtao_stats *stats) {
+    const gtaoi_effort *e = context->effort;
+    int level, phase, tx, ty, from, ty0, ty1, i;
+    gtao_stats spent;
+    if (!e)
+        return;
+    memset(&spent, 0, sizeof spent);
+    ty0 = gtaoi_tile_rows(e, row_begin), ty1 = gtaoi_tile_rows(e, row_end);
+    for (level = 1; level < e->levels; level++) {
+        gtao_context part = e->level[level];
+        for (phase = 0; phase < GTAOI_EFFORT_H; phase++)
+            for (ty = ty0; ty < ty1; ty++) {
+                const gtaoi_effort_tile *t = e->tile + ty * e->tiles_x;
+                int y = ty * GTAOI_EFFORT_H + phase;
+                for (tx = 0; tx < e->tiles_x && y < part.d.height; tx++) {
+                    for (from = tx; tx < e->tiles_x && t[tx].wanted == level && t[tx].level < level; tx++)
+                        ;
+                    if (from == tx)
+                        continue;
+                    part.x_begin = from * GTAOI_EFFORT_W;
+                    part.x_end = gtaoi_imin(tx * GTAOI_EFFORT_W, part.d.width);
+                    GTAOI_DISPATCH(part.d.isa, gtaoi_visibility, (&part, y, y + 1, &spent));
+                }
+            }
+    }
+    for (i = ty0 * e->tiles_x; i < ty1 * e->tiles_x; i++)
+        if (e->tile[i].level < e->tile[i].wanted)
+            e->tile[i].level = e->tile[i].wanted;
+    if (stats)
+        stats->samples += spent.samples, stats->refined += spent.pixels;
 }
 
 GTAO_API void gtao_irradiance_rows(const gtao_desc *desc, const gtao_output *output, const float probe[27], float *rgb,
@@ -2999,6 +3348,13 @@ GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *outp
         return result;
     gtao_prepare_rows(context, 0, desc->height);
     gtao_visibility_rows(context, 0, desc->height, stats);
+    if (context->effort) {
+        gtao_share_rows(context, 0, desc->height);
+        if (gtao_refine_begin(context, 0.0f) > 0.0f) {
+            gtao_refine_rows(context, 0, desc->height, stats);
+            gtao_share_rows(context, 0, desc->height);
+        }
+    }
     return GTAO_OK;
 }
 
@@ -3453,6 +3809,8 @@ static gtao_result gtaoi_check_sweep(const gtao_desc *d, const gtao_output *o, c
     if (d->estimator == GTAO_ESTIMATOR_MEMO || d->thin_blend > 0.0f || d->thickness > 0.0f || d->thickness_map ||
         d->back || d->layer_count > 0 || (o && (o->sh || o->signal)))
         return GTAO_ERROR_SWEEP;
+    if (d->error_target > 0.0f)
+        return GTAO_ERROR_TARGET;
     if (!(s && s->horizons && !o))
         result = gtaoi_check_output(d, o);
     if (result != GTAO_OK || !s)
@@ -6700,6 +7058,148 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_open_group)(const GTAOI_PIXEL *p, GM active, const 
     return active;
 }
 
+/* ---- effort by need ---------------------------------------------------------------------------------------------- */
+
+/* Heights and tilts of a block of pixels, in image order, for gtaoi_share. */
+GTAOI_FN void GTAOI_NAME(gtaoi_keep)(const gtao_context *c, const GTAOI_PIXEL *p, const GM *active, int x, int y) {
+    float *at = c->keep + (ptrdiff_t)y * (c->o.signal_stride / 4) + x;
+    GV v[4];
+    int k, g;
+    for (k = 0; k < 3; k++, at += c->o.signal_plane_stride / 4) {
+        for (g = 0; g < 4; g++) {
+            v[g] = GV_SET(k ? 0.0f : GTAOI_SKY);
+            if (GM_ANY(active[g]))
+                v[g] = GV_SELECT(active[g], k == 0 ? p[g].w0 : k == 1 ? p[g].gx : p[g].gy, v[g]);
+        }
+        GTAOI_NAME(gtaoi_store4)(at, 4, v);
+    }
+}
+
+/* How far a pixel's neighbours may be from its tangent plane: a quarter of its depth's change over a pixel. Sky has no
+ * neighbours. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_close)(const gtaoi_effort *e, ptrdiff_t at) {
+    GTAOI_NO_CONTRACT
+    GV w = GV_LOAD(e->planes[GTAOI_EFFORT_HEIGHT] + at),
+       foot = GV_ADD(GV_MUL(w, GV_SET(e->foot)), GV_SET(e->foot_bias));
+    foot = GV_ADD(foot, GV_ABS(GV_LOAD(e->planes[GTAOI_EFFORT_TILT_X] + at)));
+    foot = GV_ADD(foot, GV_ABS(GV_LOAD(e->planes[GTAOI_EFFORT_TILT_Y] + at)));
+    return GV_SELECT(GV_LT(GV_SET(GTAOI_SKY_LIMIT), w), GV_MUL(GV_SET(0.25f), foot), GV_SET(-1.0f));
+}
+
+/* Whether the pixels at `at` and, `steps` further along an axis, at `there` lie on each other's tangent planes; `tilt`
+ * is the plane of tilts along that axis. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_coplanar)(const gtaoi_effort *e, ptrdiff_t at, ptrdiff_t there, const float *tilt,
+                                       int steps, GV close) {
+    GTAOI_NO_CONTRACT
+    const float *height = e->planes[GTAOI_EFFORT_HEIGHT];
+    GV away = GV_SUB(GV_LOAD(height + there), GV_LOAD(height + at)), step = GV_SET((float)steps);
+    GM of_own = GV_LE(GV_ABS(GV_SUB(away, GV_MUL(GV_LOAD(tilt + at), step))), close);
+    GM of_other = GV_LE(GV_ABS(GV_SUB(away, GV_MUL(GV_LOAD(tilt + there), step))), close);
+    return GM_AND(of_own, of_other);
+}
+
+/* Neighbours share their slices: means over 5x5 pixels, the outer ones half, so that each of the 16 phases of the noise
+ * has the same weight and what varies linearly stays; of those that lie on one surface, along the row and then along
+ * the column. Columns x .. x + 63 of rows [y0, y1), whole tiles.
+ * The window's variance D, as the first level has it, is mostly that of one slice. With n slices s^2 = D / n^1.5 is
+ * left of it, and the rest of what the window then varies by, S^2, is the image: so the mean counts s^2 / S^2. */
+GTAOI_FI void GTAOI_NAME(gtaoi_share_planes)(const gtao_context *c, int x, int y0, int y1, int more_planes) {
+    GTAOI_NO_CONTRACT
+    enum { TAPS, WEIGHT, SQUARES, VISIBLE, MORE, FIELDS = MORE + 12 };
+    static const float window[5] = {0.5f, 1.0f, 1.0f, 1.0f, 0.5f};
+    const gtaoi_effort *e = c->effort;
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT), most = GV_SET(FLT_MAX);
+    float *const visible = e->planes[GTAOI_EFFORT_SIGNAL], *const weights = visible + e->plane;
+    float *const more = weights + e->plane + (c->bent ? 0 : 3 * e->plane);
+    float ring[5][FIELDS][GTAOI_EFFORT_W], result[1 + 12][GTAOI_EFFORT_W], tile[4][GTAOI_EFFORT_W];
+    int i, j, k, y;
+    for (y = y0 - 2; y < y1 + 2; y++) {
+        int row = y - 2;
+        gtaoi_effort_tile *t;
+        float n, settled;
+        for (i = 0; y >= 0 && y < c->d.height && i < GTAOI_EFFORT_W; i += GTAOI_W) { /* sums along the row */
+            ptrdiff_t at = (ptrdiff_t)y * e->pitch + x + i;
+            GV close = GTAOI_NAME(gtaoi_close)(e, at), sum[FIELDS];
+            float(*to)[GTAOI_EFFORT_W] = ring[y % 5];
+            for (k = 0; k < MORE + more_planes; k++)
+                sum[k] = zero;
+            for (j = -2; j <= 2; j++) {
+                GV share = GV_SET(window[j + 2]), weight = GV_MUL(GV_LOAD(weights + at + j), share), term;
+                GM same = GV_LE(zero, one); /* the pixel itself, sky too */
+                if (j)
+                    same = GTAOI_NAME(gtaoi_coplanar)(e, at, at + j, e->planes[GTAOI_EFFORT_TILT_X], j, close);
+                term = GV_MUL(weight, GV_LOAD(visible + at + j));
+                sum[TAPS] = GV_ADD(sum[TAPS], GV_IF(same, share));
+                sum[WEIGHT] = GV_ADD(sum[WEIGHT], GV_IF(same, weight));
+                sum[VISIBLE] = GV_ADD(sum[VISIBLE], GV_IF(same, term));
+                term = GV_MUL(term, GV_LOAD(visible + at + j)); /* masked last: outside the image is anything */
+                sum[SQUARES] = GV_ADD(sum[SQUARES], GV_IF(same, term));
+                for (k = 0; k < more_planes; k++) {
+                    term = GV_MUL(weight, GV_LOAD(more + k * e->plane + at + j));
+                    sum[MORE + k] = GV_ADD(sum[MORE + k], GV_IF(same, term));
+                }
+            }
+            for (k = 0; k < MORE + more_planes; k++)
+                GV_STORE(to[k] + i, sum[k]);
+        }
+        if (row < y0)
+            continue;
+        t = e->tile + row / GTAOI_EFFORT_H * e->tiles_x + x / GTAOI_EFFORT_W;
+        n = (float)gtaoi_levels[t->level].slices;
+        settled = gtaoi_levels[t->level].settled;
+        for (i = 0; i < GTAOI_EFFORT_W; i += GTAOI_W) { /* and along the column */
+            ptrdiff_t at = (ptrdiff_t)row * e->pitch + x + i;
+            GV close = GTAOI_NAME(gtaoi_close)(e, at), sum[FIELDS], variance, share = one;
+            for (k = 0; k < MORE + more_planes; k++)
+                sum[k] = GV_LOAD(ring[row % 5][k] + i);
+            for (j = -2; j <= 2; j++) {
+                GM same;
+                if (j == 0 || row + j < 0 || row + j >= c->d.height)
+                    continue;
+                same = GTAOI_NAME(gtaoi_coplanar)(e, at, at + j * e->pitch, e->planes[GTAOI_EFFORT_TILT_Y], j, close);
+                for (k = 0; k < MORE + more_planes; k++) {
+                    GV term = GV_MUL(GV_LOAD(ring[(row + j) % 5][k] + i), GV_SET(window[j + 2]));
+                    sum[k] = GV_ADD(sum[k], GV_IF(same, term));
+                }
+            }
+            for (k = VISIBLE; k < MORE + more_planes; k++)
+                sum[k] = GV_DIV(sum[k], sum[WEIGHT]);
+            variance = GV_SUB(GV_DIV(sum[SQUARES], sum[WEIGHT]), GV_MUL(sum[VISIBLE], sum[VISIBLE]));
+            variance = GV_MAX(variance, zero);
+            if (e->second) {
+                GV left = GV_MUL(GV_LOAD(e->planes[GTAOI_EFFORT_VARIANCE] + at), GV_SET(settled));
+                share = GV_MIN(GV_DIV(left, GV_ADD(variance, GV_SET(1e-7f))), one);
+            } else {
+                GV w = GV_LOAD(e->planes[GTAOI_EFFORT_HEIGHT] + at), of_mean = GV_DIV(variance, sum[TAPS]);
+                GM solid = GV_LT(limit, w);
+                int fresh = row % GTAOI_EFFORT_H == 0;
+                GV_STORE(e->planes[GTAOI_EFFORT_VARIANCE] + at, variance);
+                GV_STORE(tile[0] + i, GV_ADD(fresh ? zero : GV_LOAD(tile[0] + i), GV_IF(solid, of_mean)));
+                GV_STORE(tile[1] + i, GV_ADD(fresh ? zero : GV_LOAD(tile[1] + i), GV_IF(solid, one)));
+                GV_STORE(tile[2] + i, GV_MIN(fresh ? most : GV_LOAD(tile[2] + i), GV_SELECT(solid, w, most)));
+                GV_STORE(tile[3] + i, GV_MAX(fresh ? limit : GV_LOAD(tile[3] + i), w));
+            }
+            sum[VISIBLE] = GV_MIN(GV_MAX(sum[VISIBLE], zero), one);
+            for (k = 0; k < 1 + more_planes; k++) {
+                GV own = GV_LOAD((k ? more + (k - 1) * e->plane : visible) + at);
+                GV mean = sum[VISIBLE + k];
+                /* equal ones stay as they are */
+                GV_STORE(result[k] + i, GV_ADD(mean, GV_MUL(GV_SUB(one, share), GV_SUB(own, mean))));
+            }
+        }
+        gtaoi_store_shared(c, x, row, n, result);
+        if (!e->second && (row % GTAOI_EFFORT_H == GTAOI_EFFORT_H - 1 || row == c->d.height - 1))
+            gtaoi_sum_tile(t, tile);
+    }
+}
+
+GTAOI_FN void GTAOI_NAME(gtaoi_share)(const gtao_context *c, int x, int y0, int y1) {
+    if (c->effort->more == 0)
+        GTAOI_NAME(gtaoi_share_planes)(c, x, y0, y1, 0);
+    else
+        GTAOI_NAME(gtaoi_share_planes)(c, x, y0, y1, c->effort->more);
+}
+
 /* Four groups of pixels: the phases of one stretch of a row, or, if all directions are alike or each pixel has its own,
  * one group after the other. */
 typedef struct GTAOI_GROUPS {
@@ -6743,12 +7243,16 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *bl
     for (g = 0; g < groups; g++) {
         active[g] = GTAOI_NAME(gtaoi_setup)(c, &pixel[g], block->at[g], x0 + g * step, y, block->want[g],
                                             block->normals ? block->normals + 3 * g : 0, stats);
-        active[g] =
-            GTAOI_NAME(gtaoi_open_group)(&pixel[g], active[g], block->tile, block->skips, &block->seen[g], stats);
-        any |= GM_ANY(active[g]);
         GTAOI_NAME(gtaoi_clear)(&sum[g]);
         if (c->o.sh)
             memset(&moments[g], 0, sizeof moments[g]);
+    }
+    if (c->keep)
+        GTAOI_NAME(gtaoi_keep)(c, pixel, active, x0, y);
+    for (g = 0; g < groups; g++) {
+        active[g] =
+            GTAOI_NAME(gtaoi_open_group)(&pixel[g], active[g], block->tile, block->skips, &block->seen[g], stats);
+        any |= GM_ANY(active[g]);
     }
     if (c->pass && c->pass->tilt_x) {
         GTAOI_NAME(gtaoi_keep_tilts)(c->pass, pixel, active, groups, x0, y);
@@ -6864,10 +7368,14 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS 
     for (g = 0; g < block->groups; g++) {
         active[g] = GTAOI_NAME(gtaoi_setup)(c, &p[g], block->at[g], block->x + g * block->step, y, block->want[g],
                                             block->normals ? block->normals + 3 * g : 0, stats);
-        active[g] = GTAOI_NAME(gtaoi_open_group)(&p[g], active[g], block->tile, block->skips, &block->seen[g], stats);
-        any |= GM_ANY(active[g]);
         GV_STORE(block->keys[g], p[g].key);
         GTAOI_NAME(gtaoi_clear)(&sum[g]);
+    }
+    if (c->keep)
+        GTAOI_NAME(gtaoi_keep)(c, p, active, block->x, y);
+    for (g = 0; g < block->groups; g++) {
+        active[g] = GTAOI_NAME(gtaoi_open_group)(&p[g], active[g], block->tile, block->skips, &block->seen[g], stats);
+        any |= GM_ANY(active[g]);
     }
     for (k = 0; any && k < c->slices; k++) {
         int first = (y & (period - 1)) * period * c->slices + k;

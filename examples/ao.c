@@ -44,6 +44,8 @@ enum {
     OPT_PRESET,
     OPT_SLICES,
     OPT_STEPS,
+    OPT_ERROR_TARGET,
+    OPT_BUDGET_MS,
     OPT_ESTIMATOR,
     OPT_WEIGHTING,
     OPT_NOISE,
@@ -74,6 +76,7 @@ typedef struct options {
     float normal_to_view[9];
     float focal[2], center[2], fov_y_degrees, pixel_size;
     float radius, falloff, tolerance, thin_blend, thickness, albedo[3];
+    float error_target, budget_ms;
     int max_radius_px, preset, slices, steps, estimator, weighting, noise, frame, border, isa;
     int half, denoise, no_skip;
     int threads, repeat;
@@ -160,6 +163,11 @@ static const cli_option option_table[OPT_COUNT] = {
     [OPT_SLICES] = {"--slices", "N", "directions per pixel, 1..64", CLI_INTEGER(options, slices, 1, 64, NULL)},
     [OPT_STEPS] = {"--steps", "N", "samples a side of a slice, 1..256; 0: every pixel",
                    CLI_INTEGER(options, steps, 0, 256, NULL)},
+    [OPT_ERROR_TARGET] = {"--error-target", "E",
+                          "instead: effort where the image needs it, for an RMSE of E (such as 0.04)",
+                          CLI_FLOAT(options, error_target, CLI_ABOVE_0, 1, "above 0, up to 1")},
+    [OPT_BUDGET_MS] = {"--budget-ms", "MS", "the same, for the least error in MS milliseconds",
+                       CLI_FLOAT(options, budget_ms, CLI_ABOVE_0, 1e9, "a time above 0")},
     [OPT_ESTIMATOR] = {"--estimator", "normalized|memo", "(normalized)", CLI_CHOICE(options, estimator, estimators)},
     [OPT_WEIGHTING] = {"--weighting", "cosine|uniform", "(cosine)", CLI_CHOICE(options, weighting, weightings)},
     [OPT_NOISE] = {"--noise", "memo|hilbert|none", "(memo)", CLI_CHOICE(options, noise, noises)},
@@ -366,6 +374,15 @@ static int check_options(const options *o) {
     for (int id = OPT_NORMAL_AXES; id <= OPT_NORMAL_TO_VIEW; ++id)
         if (o->given[id] && !o->normal)
             return cli_error("%s: only with --normal", option_table[id].name);
+    if (o->given[OPT_ERROR_TARGET] || o->given[OPT_BUDGET_MS]) {
+        static const int others[] = {OPT_PRESET, OPT_SLICES, OPT_STEPS, OPT_HALF, OPT_DENOISE, OPT_SEQUENCE};
+        const int id = o->given[OPT_ERROR_TARGET] ? OPT_ERROR_TARGET : OPT_BUDGET_MS;
+        for (size_t i = 0; i < sizeof others / sizeof *others; ++i)
+            if (o->given[others[i]])
+                return cli_error("%s: cannot be combined with %s", option_table[id].name, option_table[others[i]].name);
+        if (o->noise != GTAO_NOISE_MEMO)
+            return cli_error("%s: needs --noise memo", option_table[id].name);
+    }
     if (o->given[OPT_SKY] && o->depth_kind == GTAO_DEPTH_HEIGHT)
         return cli_error("--sky: not with --depth-kind height");
     if (o->sh && (o->half || o->denoise > 0 || o->sequence))
@@ -402,6 +419,7 @@ typedef struct job {
 
     int stages;
     const char *stage_names[STAGES_MAX];
+    double deadline; /* of refine_rows, by cli_seconds */
     int run, runs;
     cli_progress progress;
     gtao_stats total;
@@ -507,6 +525,7 @@ static void set_desc(job *j) {
     desc->every_pixel = o->given[OPT_STEPS] && o->steps == 0;
     desc->tolerance = o->tolerance;
     desc->no_skip = o->no_skip ? (unsigned)GTAO_SKIP_ALL : 0;
+    desc->error_target = o->given[OPT_ERROR_TARGET] ? o->error_target : o->given[OPT_BUDGET_MS] ? 1e-6f : 0.0f;
     desc->thin_blend = o->thin_blend;
     desc->thickness = o->thickness;
     desc->thickness_map = j->thickness.data;
@@ -564,6 +583,8 @@ static const char *option_of(const options *o, gtao_result result) {
         return "--steps";
     case GTAO_ERROR_ALLOWED:
         return "--tolerance";
+    case GTAO_ERROR_TARGET:
+        return o->given[OPT_ERROR_TARGET] ? "--error-target" : "--budget-ms";
     case GTAO_ERROR_THIN_BLEND:
         return "--thin-blend";
     case GTAO_ERROR_THICKNESS:
@@ -634,6 +655,19 @@ static void visibility_rows(void *user, int thread, int row_begin, int row_end) 
     gtao_visibility_rows(j->context, row_begin, row_end, j->stats + thread);
 }
 
+static void share_rows(void *user, int thread, int row_begin, int row_end) {
+    job *j = user;
+    (void)thread;
+    gtao_share_rows(j->context, row_begin, row_end);
+}
+
+/* Past the time limit rows keep their first result. */
+static void refine_rows(void *user, int thread, int row_begin, int row_end) {
+    job *j = user;
+    if (cli_seconds() < j->deadline)
+        gtao_refine_rows(j->context, row_begin, row_end, j->stats + thread);
+}
+
 static void multi_bounce_rows(void *user, int thread, int row_begin, int row_end) {
     job *j = user;
     (void)thread;
@@ -665,9 +699,34 @@ static void frame_units(void *user, int thread, int begin, int end) {
     gtao_frame_run(s->job->frame_context, s->stage, begin, end, s->job->stats + thread);
 }
 
+/* What --error-target and --budget-ms do after the first slice of each pixel. `end`: when time is up, by cli_seconds. */
+static void refine(job *j, double seconds[STAGES_MAX], double *since, double end) {
+    int rows = j->depth.height;
+    double first = seconds[j->stages - 1], left;
+    float most = 0;
+    pool_run(j->workers, rows, 0, share_rows, NULL, j);
+    stage_done(j, "share", seconds, since);
+    j->deadline = HUGE_VAL;
+    if (j->options->given[OPT_BUDGET_MS]) { /* without the share of what is refined, and of tables for that */
+        j->deadline = end - seconds[j->stages - 1];
+        left = 0.9 * (j->deadline - *since) - 0.1 * first;
+        most = (float)(left / fmax(first, 1e-9));
+        if (!(most > 0.01f))
+            return;
+    }
+    most = gtao_refine_begin(j->context, most);
+    stage_done(j, "plan", seconds, since);
+    if (!(most > 0.0f))
+        return;
+    pool_run(j->workers, rows, 32, refine_rows, NULL, j);
+    stage_done(j, "refine", seconds, since);
+    pool_run(j->workers, rows, 0, share_rows, NULL, j);
+    stage_done(j, "share_refined", seconds, since);
+}
+
 static int compute_once(job *j, double seconds[STAGES_MAX]) {
     int rows = j->depth.height;
-    double since = cli_seconds();
+    double since = cli_seconds(), end = since + 1e-3 * (double)j->options->budget_ms;
     gtao_result result;
     j->stages = 0;
     if (j->framed) {
@@ -689,6 +748,8 @@ static int compute_once(job *j, double seconds[STAGES_MAX]) {
         stage_done(j, "prepare", seconds, &since);
         pool_run(j->workers, rows, GTAO_STRIP, visibility_rows, show_progress, j);
         stage_done(j, "visibility", seconds, &since);
+        if (j->desc.error_target > 0.0f)
+            refine(j, seconds, &since, end);
     }
     if (j->color.data) {
         pool_run(j->workers, rows, 0, multi_bounce_rows, NULL, j);
@@ -712,14 +773,14 @@ static void stats_text(const job *j, const double ms[STAGES_MAX], double total_m
         n += (size_t)snprintf(text + n, size - n, "    {\"name\": \"%s\", \"ms\": %.6f}%s\n", j->stage_names[s], ms[s],
                               s + 1 < j->stages ? "," : "");
     snprintf(text + n, size - n,
-             "  ],\n  \"samples\": %llu,\n  \"derived_normals\": %llu,\n"
+             "  ],\n  \"samples\": %llu,\n  \"refined\": %llu,\n  \"derived_normals\": %llu,\n"
              "  \"skipped\": {\"sky\": %llu, \"masked\": %llu, \"small_radius\": %llu, \"sky_blocks\": %llu, "
              "\"open\": %llu, \"samples\": %llu, \"unchanged\": %llu}\n}\n",
-             (unsigned long long)j->total.samples, (unsigned long long)j->total.derived_normals,
-             (unsigned long long)j->total.sky, (unsigned long long)j->total.masked,
-             (unsigned long long)j->total.small_radius, (unsigned long long)j->total.sky_skipped,
-             (unsigned long long)j->total.open, (unsigned long long)j->total.samples_skipped,
-             (unsigned long long)j->total.unchanged);
+             (unsigned long long)j->total.samples, (unsigned long long)j->total.refined,
+             (unsigned long long)j->total.derived_normals, (unsigned long long)j->total.sky,
+             (unsigned long long)j->total.masked, (unsigned long long)j->total.small_radius,
+             (unsigned long long)j->total.sky_skipped, (unsigned long long)j->total.open,
+             (unsigned long long)j->total.samples_skipped, (unsigned long long)j->total.unchanged);
 }
 
 /* The pixels lie in the picture where the depth's did. */
@@ -866,6 +927,7 @@ static int compute(job *j, double ms[STAGES_MAX], double *total_ms) {
             j->total.sky_skipped += j->stats[t].sky_skipped;
             j->total.open += j->stats[t].open;
             j->total.samples_skipped += j->stats[t].samples_skipped;
+            j->total.refined += j->stats[t].refined;
             j->total.unchanged += j->stats[t].unchanged;
             memset(&j->stats[t], 0, sizeof j->stats[t]);
         }

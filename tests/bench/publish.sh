@@ -385,6 +385,7 @@ awk -F, '$1 == "pooled" && $5 == "plain" { e[$2, $3, $4] = $6 }
 { echo '```'; cat build/bench/multibounce.txt; echo '```'; } > $out/multibounce.md
 
 cp build/bench/viewer.txt $out/viewer.md
+cp build/bench/effort.txt $out/effort.md
 [ ! -e build/bench/sequence.txt ] || cp build/bench/sequence.txt $out/sequence.md
 
 # ---- docs -----------------------------------------------------------------------------------------------------------

@@ -127,6 +127,9 @@ enum { NULL_DESC = 1, NULL_OUTPUT = 2 };
     X(estimator_unknown, GTAO_ERROR_ESTIMATOR, c->desc.estimator = (gtao_estimator)2)                                  \
     X(weighting_unknown, GTAO_ERROR_WEIGHTING, c->desc.weighting = (gtao_weighting)2)                                  \
     X(noise_unknown, GTAO_ERROR_NOISE, c->desc.noise = (gtao_noise)3)                                                  \
+    X(target_negative, GTAO_ERROR_TARGET, c->desc.error_target = -0.1f)                                                \
+    X(target_nan, GTAO_ERROR_TARGET, c->desc.error_target = float_nan())                                               \
+    X(target_noise, GTAO_ERROR_TARGET, (c->desc.error_target = 0.1f, c->desc.noise = GTAO_NOISE_NONE))                 \
     X(isa_unknown, GTAO_ERROR_ISA, c->desc.isa = (gtao_isa)6)                                                          \
     X(isa_of_another_machine, GTAO_ERROR_ISA,                                                                          \
       c->desc.isa = gtao_isa_available(GTAO_ISA_NEON) ? GTAO_ISA_SSE2 : GTAO_ISA_NEON)                                 \
