@@ -1304,6 +1304,7 @@ typedef struct gtaoi_slice {
     float bx, by; /* the same in units of the ray r: (dx / fx, dy / fy), or (dx, dy sy / sx) orthographic */
     float bb;     /* |b|^2 */
     int x_major;  /* |dx| >= |dy| */
+    int sector;   /* of the + side, see gtaoi_direction */
 } gtaoi_slice;
 
 struct gtao_context {
@@ -1700,6 +1701,21 @@ static int gtaoi_fill_every(const gtao_context *c, gtaoi_sample *s, gtaoi_taps *
     return n;
 }
 
+/* The sector of a direction, 0 .. 15: never falls as it turns from +x by +y and -x back to +x. */
+static int gtaoi_direction(float x, float y) {
+    GTAOI_NO_CONTRACT
+    const float half = 0.41421356f; /* tan(pi / 8) */
+    int k = 0;
+    float t;
+    if (y < 0.0f)
+        x = -x, y = -y, k = 8;
+    if (x <= 0.0f)
+        t = x, x = y, y = -t, k += 4;
+    if (y <= x)
+        return (k + (y > half * x)) & (GTAOI_DIRECTIONS - 1);
+    return (k + 3 - (x > half * y)) & (GTAOI_DIRECTIONS - 1);
+}
+
 static void gtaoi_fill_tables(gtao_context *c, const gtaoi_layout *l) {
     GTAOI_NO_CONTRACT
     int px, py, k, r;
@@ -1721,6 +1737,7 @@ static void gtaoi_fill_tables(gtao_context *c, const gtaoi_layout *l) {
                 s->bx = (float)bx, s->by = (float)by;
                 s->bb = (float)(bx * bx + by * by);
                 s->x_major = (dx < 0.0 ? -dx : dx) >= (dy < 0.0 ? -dy : dy);
+                s->sector = gtaoi_direction(s->dx, s->dy);
                 if (c->per_pixel_noise)
                     continue;
                 if (c->every_pixel)
@@ -2324,21 +2341,6 @@ static void gtaoi_cell_rest(const gtao_context *c, int cx, int cy) {
     gtaoi_keep_cell(c, at, w0, gx, gy, up, down);
 }
 
-/* The sector of a direction, 0 .. 15: never falls as it turns from +x by +y and -x back to +x. */
-static int gtaoi_direction(float x, float y) {
-    GTAOI_NO_CONTRACT
-    const float half = 0.41421356f; /* tan(pi / 8) */
-    int k = 0;
-    float t;
-    if (y < 0.0f)
-        x = -x, y = -y, k = 8;
-    if (x <= 0.0f)
-        t = x, x = y, y = -t, k += 4;
-    if (y <= x)
-        return (k + (y > half * x)) & (GTAOI_DIRECTIONS - 1);
-    return (k + 3 - (x > half * y)) & (GTAOI_DIRECTIONS - 1);
-}
-
 /* Something may rise at distances lo .. hi in the directions from (0, 0) to the box. `all`: bounds that hold for every
  * direction. */
 static void gtaoi_may_rise(gtaoi_tile *t, float all[2], float x0, float x1, float y0, float y1, float lo, float hi) {
@@ -2372,10 +2374,14 @@ static void gtaoi_range(const gtao_context *c, const gtaoi_tile *t, int index, c
     int side, begin, end, mid;
     range[0] = t ? n : 0, range[1] = range[2] = t ? 0 : n;
     for (side = 0; t && side < 2; side++) {
-        int k = gtaoi_direction(side ? -s->dx : s->dx, side ? -s->dy : s->dy);
+        int k = (s->sector + side * GTAOI_DIRECTIONS / 2) & (GTAOI_DIRECTIONS - 1);
         float lo = t->lo[k] * 0.99999f, hi = t->hi[k] * 1.00001f;
         if (!(lo <= hi))
             continue;
+        if (q[0].inv_length * lo <= 1.0f && q[n - 1].inv_length * hi >= 1.0f) {
+            range[0] = 0, range[1 + side] = n;
+            continue;
+        }
         for (begin = 0, end = n; begin < end;) { /* the first that is not nearer than lo */
             mid = (begin + end) / 2;
             if (q[mid].inv_length * lo > 1.0f)
@@ -4306,6 +4312,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int y0, int y1) {
         across[i] = (float)(i % per * phases) - half;
     for (cy = (y0 + GTAOI_CELL - 1) / GTAOI_CELL; cy < c->cells_y && cy * GTAOI_CELL < y1; cy++) {
         int rows = gtaoi_imin(GTAOI_CELL, c->d.height - cy * GTAOI_CELL);
+        float count = (float)rows, middle = 0.5f * (count - 1.0f);
         if (cy * GTAOI_CELL + rows > y1)
             break;
         for (x = 0; x < c->d.width; x += WIDE) {
@@ -4314,7 +4321,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int y0, int y1) {
             int cells = (gtaoi_imin(WIDE, c->d.width - x) + GTAOI_CELL - 1) / GTAOI_CELL;
             int whole = gtaoi_imin(WIDE, c->d.width - x) / GTAOI_CELL, solid[4] = {0, 0, 0, 0}, sky[4] = {0, 0, 0, 0};
             const float *at = c->w + (ptrdiff_t)cy * GTAOI_CELL * c->pitch + GTAOI_PAD + x / c->period;
-            if (rows < GTAOI_CELL || (c->arcs && c->layer_count > 1))
+            if (rows < 2 || (c->arcs && c->layer_count > 1))
                 whole = 0;
             for (i = 0; i < whole * per; i++)
                 w0[i] = at[i - i % per];
@@ -4323,7 +4330,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int y0, int y1) {
             for (i = 0; i < whole * per; i += GTAOI_W) {
                 GV base = GV_LOAD(w0 + i), least = GV_SET(FLT_MAX), most = GV_SET(-FLT_MAX), e0 = GV_LOAD(across + i);
                 GV sum_x = GV_SET(0.0f), sum_y = sum_x;
-                for (r = 0; r < GTAOI_CELL; r++) {
+                for (r = 0; r < rows; r++) {
                     GV row = GV_SET(0.0f);
                     for (p = 0; p < phases; p++) {
                         GV w = GV_LOAD(at + r * c->pitch + p * c->segment + i), d = GV_SUB(w, base);
@@ -4331,12 +4338,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int y0, int y1) {
                         sum_x = GV_ADD(sum_x, GV_MUL(d, GV_ADD(e0, GV_SET((float)p))));
                         row = GV_ADD(row, d);
                     }
-                    sum_y = GV_ADD(sum_y, GV_MUL(row, GV_SET((float)r - half)));
+                    sum_y = GV_ADD(sum_y, GV_MUL(row, GV_SET((float)r - middle)));
                 }
                 GV_STORE(lowest + i, least), GV_STORE(highest + i, most);
                 GV_STORE(along_x + i, sum_x), GV_STORE(along_y + i, sum_y);
             }
-            for (k = 0; k < whole; k++) { /* least squares: sum e^2 = 340 in each of 16 rows */
+            for (k = 0; k < whole;
+                 k++) { /* least squares: sum e^2 = 340 in each row, rows (rows^2 - 1) / 12 in a column */
                 float a = 0.0f, b = 0.0f;
                 solid[k] = sky[k] = 1;
                 for (i = k * per; i < (k + 1) * per; i++) {
@@ -4344,12 +4352,12 @@ GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int y0, int y1) {
                     a += along_x[i], b += along_y[i];
                 }
                 for (i = k * per; i < (k + 1) * per; i++)
-                    gx[i] = a * (1.0f / 5440.0f), gy[i] = b * (1.0f / 5440.0f);
+                    gx[i] = a / (340.0f * count), gy[i] = b * 0.75f / (count * (count * count - 1.0f));
             }
             for (i = 0; i < whole * per; i += GTAOI_W) {
                 GV base = GV_LOAD(w0 + i), e0 = GV_LOAD(across + i), g = GV_LOAD(gx + i), h = GV_LOAD(gy + i);
                 GV least = GV_SET(FLT_MAX), most = GV_SET(-FLT_MAX);
-                for (r = 0; r < GTAOI_CELL; r++) {
+                for (r = 0; r < rows; r++) {
                     GV row = GV_MUL(h, GV_SET((float)r - half));
                     for (p = 0; p < phases; p++) {
                         GV w = GV_LOAD(at + r * c->pitch + p * c->segment + i);
@@ -6833,8 +6841,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS 
 }
 
 /* A whole block in an open tile: whether all its tangent planes are the tile's, told without the work of gtaoi_setup.
- * With n.r0 < 0 and g = w0 (nx / fx, ny / fy) / n.r0, |g - G| <= slack is |w0 (nx / fx, ny / fy) - G n.r0| <= -slack n.r0;
- * the margin is the rounding of both. */
+ * With n.r0 < 0 and g = w0 (nx / fx, ny / fy) / n.r0, |g - G| <= slack is
+ * |w0 (nx / fx, ny / fy) - G n.r0| <= -slack n.r0; the margin is the rounding of both. */
 GTAOI_FN int GTAOI_NAME(gtaoi_block_open)(const gtao_context *c, GTAOI_GROUPS *block, gtao_stats *stats) {
     GTAOI_NO_CONTRACT
     const gtaoi_tile *t = block->tile;
