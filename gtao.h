@@ -4708,7 +4708,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int cy) {
     const float half = 0.5f * (float)(GTAOI_CELL - 1);
     int period4 = c->period == 4, lanes = period4 ? WIDE / 4 : WIDE, per = lanes / 4, phases = period4 ? 4 : 1;
     int rows = gtaoi_imin(GTAOI_CELL, c->d.height - cy * GTAOI_CELL), x, i, k, p, r;
-    float across[WIDE];
+    float across[WIDE], count = (float)rows, middle = 0.5f * (count - 1.0f);
     for (k = 0; k < 4; k++)
         for (i = 0; i < per; i++)
             across[k * per + i] = (float)(i * phases) - half;
@@ -4734,17 +4734,17 @@ GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int cy) {
                     sum_x = GV_ADD(sum_x, GV_MUL(d, GV_ADD(GV_LOAD(across + i), GV_SET((float)p))));
                     row = GV_ADD(row, d);
                 }
-                sum_y = GV_ADD(sum_y, GV_MUL(row, GV_SET((float)r - half)));
+                sum_y = GV_ADD(sum_y, GV_MUL(row, GV_SET((float)r - middle)));
             }
             GV_STORE(lowest + i, least), GV_STORE(along_x + i, sum_x), GV_STORE(along_y + i, sum_y);
         }
-        for (k = 0; k < cells; k++) { /* least squares: sum e^2 = 340 in each of 16 rows */
+        for (k = 0; k < cells; k++) { /* least squares: sum e^2 = 340 in each row, n (n^2 - 1) / 12 in a column */
             float a = 0.0f, b = 0.0f;
-            int solid = rows == GTAOI_CELL;
+            int solid = rows >= 2;
             for (i = k * per; i < (k + 1) * per; i++)
                 solid &= lowest[i] > GTAOI_SKY_LIMIT, a += along_x[i], b += along_y[i];
             for (i = k * per; solid && i < (k + 1) * per; i++)
-                gx[i] = a * (1.0f / 5440.0f), gy[i] = b * (1.0f / 5440.0f);
+                gx[i] = a / (340.0f * count), gy[i] = b * 0.75f / (count * (count * count - 1.0f));
             if (!solid)
                 gtaoi_cell_plane(c, at, rows, per, k, w0, gx, gy), mixed = 1;
         }
@@ -7402,8 +7402,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS 
 }
 
 /* A whole block in an open tile: whether all its tangent planes are the tile's, told without the work of gtaoi_setup.
- * With n.r0 < 0 and g = w0 (nx / fx, ny / fy) / n.r0, |g - G| <= slack is |w0 (nx / fx, ny / fy) - G n.r0| <= -slack n.r0;
- * the margin is the rounding of both. */
+ * With n.r0 < 0 and g = w0 (nx / fx, ny / fy) / n.r0, |g - G| <= slack is
+ * |w0 (nx / fx, ny / fy) - G n.r0| <= -slack n.r0; the margin is the rounding of both. */
 GTAOI_FN int GTAOI_NAME(gtaoi_block_open)(const gtao_context *c, GTAOI_GROUPS *block, gtao_stats *stats) {
     GTAOI_NO_CONTRACT
     const gtaoi_tile *t = block->tile;

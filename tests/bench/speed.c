@@ -472,7 +472,7 @@ static void skips(const picture *p, FILE *to, int repeat) {
     float *exact = malloc(view_pixels(&p->view) * sizeof(float));
     for (int every = 0; exact && every < 2; ++every) {
         job j[N];
-        timed t[N + 1];
+        timed t[N + 2];
         for (int k = 0; k < N; ++k) {
             j[k] = production(p);
             j[k].desc.every_pixel = every;
@@ -481,7 +481,8 @@ static void skips(const picture *p, FILE *to, int repeat) {
             t[k] = (timed){run_library, &j[k], 0};
         }
         t[N] = (timed){run_transcription, &j[0], 0};
-        measure(t, every ? N : N + 1, repeat, thread_seconds);
+        t[N + 1] = (timed){run_library, &j[0], 0}; /* not counted: it brings the picture back into the caches */
+        measure(t, every ? N : N + 2, repeat, thread_seconds);
         for (int k = 0; k < N; ++k) {
             gtao_stats stats;
             double pixels = (double)view_pixels(&p->view), worst = 0;
