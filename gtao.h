@@ -182,7 +182,7 @@ extern "C" {
     X(GTAO_ERROR_OUTPUT_SH, "sh_bands, sh_stride, sh_plane_stride: 0 (3), 2 or 3 bands, apart by multiples of 4 "      \
                             "bytes; sh: not in a frame")                                                               \
     X(GTAO_ERROR_SCRATCH, "scratch, context: null, or smaller than gtao_scratch_size()")                               \
-    X(GTAO_ERROR_SWEEP, "estimator, thin_blend, thickness, back, layers, sh, signal: not in a sweep")                  \
+    X(GTAO_ERROR_SWEEP, "estimator, thin_blend, thickness, back, layers, signal: not in a sweep")                      \
     X(GTAO_ERROR_REGION, "region: must be a part of the image, or all zero")                                           \
     X(GTAO_ERROR_HORIZONS, "horizon_stride, horizon_plane: rows or planes overlap or are misaligned")                  \
     X(GTAO_ERROR_BEYOND, "beyond: needs an orthographic camera, an open border and a beyond_reach of 1..2^20")         \
@@ -517,7 +517,7 @@ GTAO_API void gtao_compose_layers(size_t n, const float *scene, const float *sce
  * other image): read are depth, normals, mask, camera, border (lines go on for one image diagonal beyond a clamped or
  * wrapped one), radius, falloff, slices (0: 32; K slices are 2 K directions, slice k at pi (k + 1/2) / K on its + side),
  * weighting and isa; ignored are steps, max_radius_px, step_power, noise and frame. Refused are the memo's estimator,
- * thin_blend, thickness, backs, layers, spherical harmonics and the signal.
+ * thin_blend, thickness, backs, layers and the signal.
  *
  *     gtao_sweep *sweep;
  *     gtao_result result = gtao_sweep_begin(&desc, &output, &options, scratch, scratch_size, &sweep);
@@ -3114,7 +3114,7 @@ static gtao_result gtaoi_check_sweep(const gtao_desc *d, const gtao_output *o, c
     if (result != GTAO_OK)
         return result;
     if (d->estimator == GTAO_ESTIMATOR_MEMO || d->thin_blend > 0.0f || d->thickness > 0.0f || d->thickness_map ||
-        d->back || d->layer_count > 0 || (o && (o->sh || o->signal)))
+        d->back || d->layer_count > 0 || (o && o->signal))
         return GTAO_ERROR_SWEEP;
     if (!(s && s->horizons && !o))
         result = gtaoi_check_output(d, o);
@@ -3153,7 +3153,7 @@ static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gta
     gtaoi_plan(&near_desc, &n);
     memset(l, 0, sizeof *l);
     l->batch = gtaoi_imin(s && s->batch ? s->batch : 4, near_desc.slices);
-    l->fields = o && (o->bent_normals || o->packed) ? 8 : 2;
+    l->fields = o && o->sh ? 15 : o && (o->bent_normals || o->packed) ? 8 : 2;
     l->lead = d->border == GTAO_BORDER_OPEN ? 0 : diagonal;
     if (l->lead && d->camera.projection == GTAO_ORTHOGRAPHIC) {
         float reach = d->radius / gtaoi_min(d->camera.sx, gtaoi_sy(&d->camera)) + 1.0f;
@@ -5143,7 +5143,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_store_sh)(const gtao_context *c, const GTAOI_PIXE
                                          int count) {
     float image[4 * GTAOI_W];
     GV sh[4][9], plane[4];
-    int i, g;
+    int i, g, from = gtaoi_imax(c->x_begin - x, 0), to = gtaoi_imin(count, c->x_end - x);
     for (g = 0; g < groups; g++)
         GTAOI_NAME(gtaoi_finish_sh)(c, p + g, sum + g, m + g, active[g], sh[g]);
     for (i = 0; i < gtaoi_sh_count(&c->o); i++) {
@@ -5155,7 +5155,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_store_sh)(const gtao_context *c, const GTAOI_PIXE
         }
         if (c->period == 4)
             GTAOI_NAME(gtaoi_store4)(image, 4, plane);
-        memcpy(row + (ptrdiff_t)x * 4, image, (size_t)count * 4);
+        if (from < to)
+            memcpy(row + (ptrdiff_t)(x + from) * 4, image + from, (size_t)(to - from) * 4);
     }
 }
 
@@ -5861,21 +5862,25 @@ GTAOI_FN void GTAOI_NAME(gtaoi_keep_tilts)(const gtaoi_pass *pass, const GTAOI_P
     }
 }
 
-/* Sums of a block between the batches of a sweep: read, or kept. Here the sums of further outputs would join. */
-GTAOI_FN void GTAOI_NAME(gtaoi_sums)(const gtao_context *c, GTAOI_SUM *sum, int groups, int x, int y, int keep) {
+/* Sums of a block between the batches of a sweep: read, or kept. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sums)(const gtao_context *c, GTAOI_SUM *sum, GTAOI_MOMENTS *moments, int groups, int x,
+                                     int y, int keep) {
     float *at = c->pass->sums + (size_t)y * c->pass->sums_row + (size_t)x * (size_t)c->pass->fields;
     int g, i, n = c->pass->fields;
     for (g = 0; g < groups; g++) {
-        GV *field[7];
+        GTAOI_MOMENTS *m = moments + g;
+        GV *field[14];
         field[0] = &sum[g].visible, field[1] = &sum[g].open, field[2] = &sum[g].jacobian_open;
         field[3] = &sum[g].bx, field[4] = &sum[g].by, field[5] = &sum[g].bz, field[6] = &sum[g].bv;
-        for (i = 0; i < gtaoi_imin(n, 7); i++, at += GTAOI_W) {
+        field[7] = &m->lost, field[8] = &m->vv, field[9] = &m->xv, field[10] = &m->yv;
+        field[11] = &m->xx, field[12] = &m->xy, field[13] = &m->yy;
+        for (i = 0; i < (n > 2 ? n - 1 : 2); i++, at += GTAOI_W) {
             if (keep)
                 GV_STORE(at, *field[i]);
             else
                 *field[i] = GV_LOAD(at);
         }
-        if (n > 7) {
+        if (n > 2) {
             if (keep)
                 GV_STORE(at, GV_IF(sum[g].occluded, GV_SET(1.0f)));
             else
@@ -5989,7 +5994,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 continue;
             }
             if (c->slice_begin > 0)
-                GTAOI_NAME(gtaoi_sums)(c, sum, groups, x0, y, 0);
+                GTAOI_NAME(gtaoi_sums)(c, sum, moments, groups, x0, y, 0);
             any |= c->pass && c->pass->options->horizons;
             for (k = c->slice_begin; any && k < c->slice_end; k++) {
                 GTAOI_FRAME frame[4];
@@ -6027,7 +6032,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 (c, &pixel[g], &frame[g], &arcs[g], &sum[g], c->o.sh ? &moments[g] : 0);
             }
             if (c->slice_end < c->slices) { /* more to come */
-                GTAOI_NAME(gtaoi_sums)(c, sum, groups, x0, y, 1);
+                GTAOI_NAME(gtaoi_sums)(c, sum, moments, groups, x0, y, 1);
                 continue;
             }
             if (c->o.sh)

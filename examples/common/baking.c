@@ -22,7 +22,7 @@
 
 #define MIB 1048576.0
 
-enum { OUT_VISIBILITY, OUT_BENT, OUT_HORIZONS, OUT_COUNT };
+enum { OUT_VISIBILITY, OUT_BENT, OUT_HORIZONS, OUT_SH, OUT_COUNT };
 
 typedef struct settings {
     terrain_source source;
@@ -81,6 +81,7 @@ enum {
     OPT_GREEN,
     OPT_WORLD_AXES,
     OPT_HORIZONS,
+    OPT_SH,
     OPT_PICTURE,
     OPT_BITS,
     OPT_MEMORY,
@@ -115,10 +116,11 @@ static const option_info option_table[OPT_COUNT] = {
     {"--falloff", "F", "part of the radius over which occlusion fades out, 0..1 (0)"},
     {"-o", "FILE", "visibility, 1 = open; .exr, .pfm, .png, .tif, .raw or .f32"},
     {"--bent", "FILE", "bent normals"},
-    {"--bent-space", "tangent|world", "(tangent: x right, z out of the map)"},
+    {"--bent-space", "tangent|world", "of --bent and --sh (tangent: x right, z out of the map)"},
     {"--green", "opengl|directx", "green of the tangent space is up (opengl) or down the image"},
     {"--world-axes", "+x+y+z", "world: the axes that right, up and out of the map are; +x-z+y: y is up"},
     {"--horizons", "FILE", "sine of the horizon's elevation, a channel for each side of each direction"},
+    {"--sh", "FILE", "spherical harmonics of visibility times cosine, nine channels"},
     {"--picture", "FILE.png", "a look at it: heights, visibility, bent normals, and lit by sun and sky"},
     {"--bits", "8|16", "of PNG files (8)"},
     {"--memory", "SIZE", "to use at most, such as 512M or 2G (1G); decides the size of the tiles"},
@@ -137,7 +139,7 @@ static const char *const greens[] = {"opengl", "directx", NULL};
 static const char *const spaces[] = {"tangent", "world", NULL};
 static const char *const borders[] = {"open", "clamp", "wrap", NULL};
 static const char *const isas[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon", NULL};
-static const int output_option[OUT_COUNT] = {OPT_OUTPUT, OPT_BENT, OPT_HORIZONS};
+static const int output_option[OUT_COUNT] = {OPT_OUTPUT, OPT_BENT, OPT_HORIZONS, OPT_SH};
 
 static int error_line(const baking *b, const char *format, ...) {
     va_list args;
@@ -313,6 +315,9 @@ static int set_option(baking *b, int id, const char *value) {
     case OPT_HORIZONS:
         o->output[OUT_HORIZONS] = value;
         return 1;
+    case OPT_SH:
+        o->output[OUT_SH] = value;
+        return 1;
     case OPT_PICTURE:
         o->picture = value;
         return 1;
@@ -400,6 +405,10 @@ static int check_file(const baking *b, const char *name, const char *file) {
     return 1;
 }
 
+static int channels_of(const baking *b, int output) {
+    return output == OUT_BENT ? 3 : output == OUT_HORIZONS ? 2 * b->o.directions : output == OUT_SH ? 9 : 1;
+}
+
 static int check_options(baking *b) {
     settings *o = &b->o;
     const char *files[OUT_COUNT + 2], *names[OUT_COUNT + 2], *inputs[] = {o->source.heights, o->source.normals};
@@ -414,12 +423,12 @@ static int check_options(baking *b) {
             if (format == RASTER_UNKNOWN)
                 return error_line(b, "%s %s: unknown format, the name must end in .exr, .pfm, .png, .tif, .raw or .f32",
                                   names[count - 1], o->output[k]);
-            if (k == OUT_HORIZONS && (format == RASTER_PNG || format == RASTER_PFM))
-                return error_line(b, "--horizons %s: %d channels need .exr, .tif or .raw", o->output[k],
-                                  2 * o->directions);
+            if ((k == OUT_HORIZONS || k == OUT_SH) && (format == RASTER_PNG || format == RASTER_PFM))
+                return error_line(b, "%s %s: %d channels need .exr, .tif or .raw", names[count - 1], o->output[k],
+                                  channels_of(b, k));
         }
     if (!count)
-        return error_line(b, "-o, --bent or --horizons: one of them is required, see --help");
+        return error_line(b, "-o, --bent, --horizons or --sh: one of them is required, see --help");
     const char *first = files[0];
     if (o->picture) {
         names[count] = "--picture";
@@ -449,8 +458,8 @@ static int check_options(baking *b) {
     if (given(b, OPT_NORMAL_GREEN) && !o->source.normals)
         return error_line(b, "--normal-green: only with --normal");
     for (int id = OPT_BENT_SPACE; id <= OPT_WORLD_AXES; ++id)
-        if (given(b, id) && !o->output[OUT_BENT])
-            return error_line(b, "%s: only with --bent", option_table[id].name);
+        if (given(b, id) && !o->output[OUT_BENT] && !o->output[OUT_SH])
+            return error_line(b, "%s: only with --bent or --sh", option_table[id].name);
     if (given(b, OPT_GREEN) && o->bent_world)
         return error_line(b, "--green: only with --bent-space tangent");
     if (given(b, OPT_WORLD_AXES) && !o->bent_world)
@@ -540,10 +549,6 @@ static void describe(baking *b, box window, int whole, gtao_desc *desc) {
     desc->isa = (gtao_isa)b->o.isa;
 }
 
-static int channels_of(const baking *b, int output) {
-    return output == OUT_BENT ? 3 : output == OUT_HORIZONS ? 2 * b->o.directions : 1;
-}
-
 /* What is asked of the library. The buffers' contents do not matter when sizes are asked for. */
 static void describe_outputs(box window, box core, float *const planes[OUT_COUNT], gtao_output *output,
                              gtao_sweep_options *options) {
@@ -551,6 +556,7 @@ static void describe_outputs(box window, box core, float *const planes[OUT_COUNT
     memset(options, 0, sizeof *options);
     output->visibility = planes[OUT_VISIBILITY];
     output->bent_normals = planes[OUT_BENT];
+    output->sh = planes[OUT_SH];
     options->horizons = planes[OUT_HORIZONS];
     options->region[0] = core.x - window.x;
     options->region[1] = core.y - window.y;
@@ -695,12 +701,12 @@ static int job_text(const baking *b, char *text, size_t size) {
     return snprintf(text, size,
                     "library %d\nheights %s\nnormals %s\nraw %d %d\nintegers %d\nscale %a\nno_data %d %a\n"
                     "normal_green %d\noverlap %d\npixel %a %a\nborder %d\ndirections %d\nradius %a\nfalloff %a\n"
-                    "outputs %d %d %d\ntile %d %d\n",
+                    "outputs %d %d %d %d\ntile %d %d\n",
                     GTAO_VERSION, heights, normals, o->source.raw_width, o->source.raw_height, o->source.integers,
                     o->source.height_scale, o->source.has_no_data, o->source.no_data, o->source.green_down,
                     o->source.overlap, o->pixel[0], o->pixel[1], o->border, o->directions, (double)o->radius,
-                    (double)o->falloff, o->output[0] != NULL, o->output[1] != NULL, o->output[2] != NULL, b->tile_width,
-                    b->tile_height) < (int)size;
+                    (double)o->falloff, o->output[0] != NULL, o->output[1] != NULL, o->output[2] != NULL,
+                    o->output[3] != NULL, b->tile_width, b->tile_height) < (int)size;
 }
 
 /* Byte 0 of the lock's file is the process that leads a job, byte 1 is shared by those that joined it: a rank that
@@ -935,6 +941,13 @@ static void horizon_row(const baking *b, const float *planes, size_t plane, int 
         }
 }
 
+/* From planes of coefficients. */
+static void sh_row(const float *planes, size_t plane, int width, float *row) {
+    for (int x = 0; x < width; ++x)
+        for (size_t i = 0; i < 9; ++i)
+            *row++ = planes[i * plane + (size_t)x];
+}
+
 /* Under its own name only when it is complete and on the disk. */
 static int write_tile(baking *b, int tile, box window, float *const planes[OUT_COUNT]) {
     char path[4096 + 64];
@@ -947,16 +960,19 @@ static int write_tile(baking *b, int tile, box window, float *const planes[OUT_C
     FILE *file = image_open_pending(path, &pending, &error);
     if (!file)
         return error_line(b, "--work %s", error.text);
-    int widest = 2 * b->o.directions;
+    int widest = 2 * b->o.directions > 9 ? 2 * b->o.directions : 9;
     float *line = malloc((size_t)core.width * (size_t)widest * sizeof *line);
     int ok = line && fwrite(&header, sizeof header, 1, file) == 1;
     for (int k = 0; k < OUT_COUNT; ++k) {
         size_t channels = (size_t)channels_of(b, k), floats = (size_t)core.width * channels;
+        size_t plane = (size_t)window.width * (size_t)window.height;
         for (int y = 0; b->o.output[k] && ok && y < core.height; ++y) {
             size_t pixel = (size_t)(y + core.y - window.y) * (size_t)window.width + (size_t)(core.x - window.x);
             const float *row = line;
             if (k == OUT_HORIZONS)
-                horizon_row(b, planes[k] + pixel, (size_t)window.width * (size_t)window.height, core.width, line);
+                horizon_row(b, planes[k] + pixel, plane, core.width, line);
+            else if (k == OUT_SH)
+                sh_row(planes[k] + pixel, plane, core.width, line);
             else
                 row = planes[k] + pixel * channels;
             sum = checksum(sum, row, floats * 4);
@@ -1032,7 +1048,7 @@ int baking_tile(baking *b, int tile) {
     image_error error;
     box core = core_of(b, tile), window = window_of(b, core);
     size_t pixels = (size_t)window.width * (size_t)window.height;
-    float *heights = malloc(pixels * sizeof(float)), *planes[OUT_COUNT] = {NULL, NULL, NULL};
+    float *heights = malloc(pixels * sizeof(float)), *planes[OUT_COUNT] = {NULL};
     float *normals = b->map.has_normals ? malloc(3 * pixels * sizeof(float)) : NULL;
     terrain_border border = (terrain_border)b->o.border;
     int ok = heights && (normals || !b->map.has_normals);
@@ -1105,6 +1121,18 @@ static void turn_bent(const baking *b, float *n, size_t pixels) {
     }
 }
 
+/* The same of functions of the direction. */
+static void turn_sh(const baking *b, float *sh, size_t pixels) {
+    float columns[3][3] = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}}, r[9], turned[9];
+    turn_bent(b, columns[0], 3); /* where the axes go */
+    for (int i = 0; i < 9; ++i)
+        r[i] = columns[i % 3][i / 3];
+    for (size_t i = 0; i < pixels; ++i, sh += 9) {
+        gtao_sh_rotate(r, sh, turned);
+        memcpy(sh, turned, sizeof turned);
+    }
+}
+
 /* `count` rows from row `y` of a row of tiles, of one output. */
 static int gather_rows(const baking *b, int tile_row, int y, int count, int output, float *band) {
     size_t channels = (size_t)channels_of(b, output), row = (size_t)b->map.width * channels;
@@ -1154,6 +1182,8 @@ static int write_rows(const baking *b, raster_writer *const writers[OUT_COUNT]) 
                 ok = gather_rows(b, tile_row, y, count, k, band);
                 if (ok && k == OUT_BENT)
                     turn_bent(b, band, (size_t)count * (size_t)b->map.width);
+                if (ok && k == OUT_SH)
+                    turn_sh(b, band, (size_t)count * (size_t)b->map.width);
                 if (ok && !raster_write(writers[k], count, band, &error))
                     ok = error_line(b, "%s %s", option_table[output_option[k]].name, error.text);
             }
@@ -1339,9 +1369,10 @@ static void stats_text(const baking *b, double seconds, char *text, size_t size)
 
 int baking_finish(baking *b) {
     static const char *const names_y[] = {"Y"}, *const names_bent[] = {"bent.X", "bent.Y", "bent.Z"};
+    static const char *const names_sh[] = {"sh.0", "sh.1", "sh.2", "sh.3", "sh.4", "sh.5", "sh.6", "sh.7", "sh.8"};
     char horizon_names[2 * 64][16], text[2048];
     const char *names_horizon[2 * 64];
-    raster_writer *writers[OUT_COUNT] = {NULL, NULL, NULL};
+    raster_writer *writers[OUT_COUNT] = {NULL};
     image_pending pending[OUT_COUNT + 2]; /* the picture, the statistics */
     image_error error;
     int ok = 1;
@@ -1358,6 +1389,7 @@ int baking_finish(baking *b) {
             raster_writer_create(b->o.output[k], b->map.width, b->map.height, channels_of(b, k),
                                  k == OUT_BENT       ? names_bent
                                  : k == OUT_HORIZONS ? names_horizon
+                                 : k == OUT_SH       ? names_sh
                                                      : names_y,
                                  k == OUT_BENT ? IMAGE_RANGE_SIGNED : IMAGE_RANGE_UNIT, b->o.bits, pending + k, &error);
         if (!writers[k])

@@ -237,12 +237,10 @@ static void check_equal(const char *name, int channels, size_t pixels, const flo
 }
 
 /* What the library itself makes of a map. */
-static void sweep(int width, int height, const float *map, const float *normals, float pixel, gtao_border border,
-                  int slices, float *visibility, float *bent) {
+static void sweep_outputs(int width, int height, const float *map, const float *normals, float pixel,
+                          gtao_border border, int slices, const gtao_output *output) {
     gtao_desc desc;
-    gtao_output output;
     memset(&desc, 0, sizeof desc);
-    memset(&output, 0, sizeof output);
     desc.width = width;
     desc.height = height;
     desc.depth = map;
@@ -253,13 +251,20 @@ static void sweep(int width, int height, const float *map, const float *normals,
     desc.border = border;
     desc.radius = HUGE_VALF;
     desc.slices = slices;
-    output.visibility = visibility;
-    output.bent_normals = bent;
-    size_t size = gtao_sweep_scratch_size(&desc, &output, NULL) + gtao_sweep_work_size(&desc, NULL);
+    size_t size = gtao_sweep_scratch_size(&desc, output, NULL) + gtao_sweep_work_size(&desc, NULL);
     void *scratch = malloc(size);
     assert_non_null(scratch);
-    assert_int_equal(gtao_sweep_compute(&desc, &output, NULL, scratch, size, NULL, NULL), GTAO_OK);
+    assert_int_equal(gtao_sweep_compute(&desc, output, NULL, scratch, size, NULL, NULL), GTAO_OK);
     free(scratch);
+}
+
+static void sweep(int width, int height, const float *map, const float *normals, float pixel, gtao_border border,
+                  int slices, float *visibility, float *bent) {
+    gtao_output output;
+    memset(&output, 0, sizeof output);
+    output.visibility = visibility;
+    output.bent_normals = bent;
+    sweep_outputs(width, height, map, normals, pixel, border, slices, &output);
 }
 
 #define SMALL "--height @/h.pfm --pixel-size 20 --directions 8 "
@@ -427,6 +432,51 @@ static void test_bent_spaces(void **state) {
         check_equal("b.pfm", 3, PIXELS, turned);
     }
     drop("b.pfm");
+}
+
+static double sum_of(const float sh[9], float x, float y, float z) {
+    const float d[3] = {x, y, z};
+    float basis[9];
+    double sum = 0.0;
+    gtao_sh_basis(d, basis);
+    for (int i = 0; i < 9; ++i)
+        sum += (double)sh[i] * (double)basis[i];
+    return sum;
+}
+
+/* The same function in every space: of the library's coefficients in its axes, at the same direction in both. */
+static void test_harmonics(void **state) {
+    (void)state;
+    static float sh[9 * PIXELS];
+    gtao_output output;
+    memset(&output, 0, sizeof output);
+    output.sh = sh;
+    sweep_outputs(WIDTH, HEIGHT, heights, NULL, 20.0f, GTAO_BORDER_OPEN, 8, &output);
+    for (int k = 0; k < 3; ++k) {
+        run_well(k == 0   ? SMALL "--sh @/s.tif"
+                 : k == 1 ? SMALL "--sh @/s.tif --green directx"
+                          : SMALL "--sh @/s.tif --bent-space world --world-axes +x-z+y");
+        float *baked = load("s.tif", 9, PIXELS);
+        for (int i = 0; i < PIXELS; ++i) {
+            const float right = 0.36f, up = -0.48f, out = 0.8f;
+            float library[9];
+            for (int c = 0; c < 9; ++c)
+                library[c] = sh[c * PIXELS + i];
+            double expected = sum_of(library, right, -up, -out);
+            double found = sum_of(baked + 9 * i, right, k == 0 ? up : k == 1 ? -up : out, k == 2 ? -up : out);
+            if (fabs(found - expected) > 1e-5)
+                fail_msg("space %d, pixel %d: %g, expected %g", k, i, found, expected);
+        }
+        free(baked);
+    }
+    run_well(SMALL "--sh @/s.exr");
+    float *baked = load("s.exr:sh.6", 1, PIXELS);
+    for (int i = 0; i < PIXELS; ++i)
+        if (fabsf(baked[i] - sh[6 * PIXELS + i]) > 1e-5f) /* even in y and z */
+            fail_msg("channel sh.6, pixel %d: %g, expected %g", i, (double)baked[i], (double)sh[6 * PIXELS + i]);
+    free(baked);
+    drop("s.tif");
+    drop("s.exr");
 }
 
 /* A wall in the east of a plain: its horizon is at atan(height / distance) eastwards, level elsewhere. */
@@ -908,7 +958,7 @@ static void test_not_finite(void **state) {
 static void test_bad_options(void **state) {
     (void)state;
     run_badly("", "--height: required");
-    run_badly("--height @/h.pfm --pixel-size 1", "-o, --bent or --horizons");
+    run_badly("--height @/h.pfm --pixel-size 1", "-o, --bent, --horizons or --sh");
     run_badly("--height @/h.pfm -o @/v.pfm", "--pixel-size: required");
     run_badly("--height @/missing.pfm --pixel-size 1 -o @/v.pfm", "missing.pfm: No such file");
     run_badly("--height @/h.xyz --pixel-size 1 -o @/v.pfm", "unknown format");
@@ -917,6 +967,7 @@ static void test_bad_options(void **state) {
     run_badly(SMALL "-o @/h.pfm", "would overwrite the input");
     run_badly(SMALL "-o @/v.pfm --bent @/v.pfm", "the same file");
     run_badly(SMALL "--horizons @/h2.png", "channels need");
+    run_badly(SMALL "--sh @/s.pfm", "9 channels need");
     run_badly(SMALL "-o @/v.pfm --directions 65", "--directions 65");
     run_badly(SMALL "-o @/v.pfm --radius 0", "--radius 0");
     run_badly(SMALL "-o @/v.pfm --radius nan", "--radius nan");
@@ -953,6 +1004,7 @@ int main(void) {
         cmocka_unit_test(test_normals),
         cmocka_unit_test(test_bent_spaces),
         cmocka_unit_test(test_horizons),
+        cmocka_unit_test(test_harmonics),
         cmocka_unit_test(test_holes),
         cmocka_unit_test(test_wrap),
         cmocka_unit_test(test_tiles),
