@@ -2052,9 +2052,10 @@ static float gtaoi_ry2(const gtao_context *c, int y) {
 }
 
 /* Index of the lowest and of the highest bit; m is not 0. */
-GTAOI_INLINE int gtaoi_lowest(unsigned m) {
+/* Place of the lowest and the highest set bit. */
+GTAOI_INLINE int gtaoi_lowest(uint64_t m) {
 #if defined(__GNUC__) || defined(__clang__)
-    return __builtin_ctz(m);
+    return __builtin_ctzll(m);
 #else
     int i = 0;
     while (!(m >> i & 1))
@@ -2062,18 +2063,16 @@ GTAOI_INLINE int gtaoi_lowest(unsigned m) {
     return i;
 #endif
 }
-
-GTAOI_INLINE int gtaoi_highest(unsigned m) {
+GTAOI_INLINE int gtaoi_highest(uint64_t m) {
 #if defined(__GNUC__) || defined(__clang__)
-    return 31 - __builtin_clz(m);
+    return 63 - __builtin_clzll(m);
 #else
-    int i = 31;
+    int i = 63;
     while (!(m >> i & 1))
         i--;
     return i;
 #endif
 }
-
 GTAOI_INLINE int gtaoi_popcount(unsigned m) { /* of 16 bits */
     m = (m & 0x5555u) + (m >> 1 & 0x5555u);
     m = (m & 0x3333u) + (m >> 2 & 0x3333u);
@@ -2361,7 +2360,7 @@ static void gtaoi_judge_tiles(const gtao_frame_context *f, int ty0, int ty1) {
 /* ---- the sweep: plan -------------------------------------------------------------------------------------------- */
 
 #define GTAOI_TILE 16   /* lines in a group and columns in a tile, whatever the width: part of the results */
-#define GTAOI_LAG 8     /* a sample is compared with its neighbours so far off before it becomes a vertex */
+#define GTAOI_LAG 16    /* a sample is compared with its neighbours so far off before it becomes a vertex */
 #define GTAOI_BLOCK 8   /* tiles whose highest sample tells at once whether one of them matters */
 #define GTAOI_MARGIN 64 /* positions of sky before and after each line */
 
@@ -2411,10 +2410,11 @@ typedef struct gtaoi_sweep_layout {
     uint64_t work;                                                    /* bytes */
 } gtaoi_sweep_layout;
 
-/* Of an upper hull: position, height, and slope from the vertex before. */
+/* A sample that was on the upper hull of its line when the sweep passed it: height, slope from the vertex before it on
+ * that hull, position. The hulls of all positions are one tree. */
 typedef struct gtaoi_vertex {
-    float w, across, slope; /* across: gradient of the heights across the line */
-    int32_t t;
+    float w, slope;
+    int32_t t, before;
 } gtaoi_vertex;
 
 /* One group of lines on its way. */
@@ -2437,11 +2437,9 @@ typedef struct gtaoi_lines {
     const float *inverse; /* 1 / |k|, k also negative */
     ptrdiff_t length;     /* of a line's part of the buffers */
     float *strip;         /* heights on the lines, [line][position] */
-    float *across;        /* their gradients across the lines */
-    float *base;          /* heights of the receivers, the pixels nearest to the lines */
-    float *aside;         /* how far a line passes from its receivers, [position] */
-    gtaoi_vertex *vertex; /* upper hulls, [line][room] */
+    gtaoi_vertex *vertex; /* [line][room] */
     ptrdiff_t room;
+    int32_t *start; /* [line][tile]: the last vertex before a tile */
     const gtao_sweep_options *options;
     int *minor;           /* pixel of the first line at each position */
     uint16_t *above;      /* [line][tile]: samples that may be vertices */
@@ -2449,18 +2447,16 @@ typedef struct gtaoi_lines {
     float *highest;       /* [line][tile] */
     float *highest_block; /* [line][block] */
     const gtaoi_slice *slice;
-    int depth[GTAOI_TILE]; /* last vertex */
+    int seeds[GTAOI_TILE]; /* last vertex beyond the image */
 } gtaoi_lines;
 
-/* A vertex at the end of an upper hull, whose slopes fall; returns where it is. */
-GTAOI_INLINE gtaoi_vertex *gtaoi_push_vertex(gtaoi_vertex *top, const float *inverse, int t, float w, float across) {
+/* Vertex n, after `top`: the hull loses what lies below the line from it to what remains; its slopes fall. */
+GTAOI_INLINE void gtaoi_push_vertex(gtaoi_vertex *v, int n, int top, const float *inverse, int t, float w) {
     GTAOI_NO_CONTRACT
-    float slope = (w - top->w) * inverse[t - top->t];
-    while (slope >= top->slope)
-        top--, slope = (w - top->w) * inverse[t - top->t];
-    top++;
-    top->w = w, top->across = across, top->slope = slope, top->t = t;
-    return top;
+    float slope = (w - v[top].w) * inverse[t - v[top].t];
+    while (slope >= v[top].slope)
+        top = v[top].before, slope = (w - v[top].w) * inverse[t - v[top].t];
+    v[n].w = w, v[n].slope = slope, v[n].t = t, v[n].before = top;
 }
 
 /* Height of a depth, orthographic. */
@@ -2475,25 +2471,43 @@ static float gtaoi_line_height(const gtao_context *c, float depth) {
     return visible ? gtaoi_clamp(w, -GTAOI_ORTHO_LIMIT, GTAOI_ORTHO_LIMIT) : GTAOI_SKY;
 }
 
-/* Further vertices, the bits of 16 samples from `at` on, at the end of a line's upper hull, whose slopes fall. The first
- * two stand so low that they are never taken nor seen. */
-static void gtaoi_push_vertices(gtaoi_lines *l, int line, int at, unsigned bits, int backward) {
+/* The vertices of a line, and which of them each tile's receivers see first, more than GTAO_SWEEP_NEAR away. Four tiles
+ * at a time: it is the ends of loops that cost. */
+static void gtaoi_push_vertices(gtaoi_lines *l, int line, int backward) {
     GTAOI_NO_CONTRACT
-    gtaoi_vertex *first = l->vertex + (ptrdiff_t)line * l->room, *top = first + l->depth[line];
-    const float *w = l->strip + (ptrdiff_t)line * l->length + at, *across = w + (l->across - l->strip);
-    while (bits) {
-        int k = backward ? gtaoi_highest(bits) : gtaoi_lowest(bits);
-        top = gtaoi_push_vertex(top, l->inverse, at + k, w[k], across[k]);
-        bits ^= 1u << k;
+    enum { GAP = GTAO_SWEEP_NEAR, REST = GTAOI_TILE - GAP, SPAN = 4 * GTAOI_TILE };
+    gtaoi_vertex *v = l->vertex + (ptrdiff_t)line * l->room;
+    const float *w = l->strip + (ptrdiff_t)line * l->length;
+    const uint16_t *above = l->above + line * (l->tiles + 4) + 2;
+    int n = l->seeds[line] + 1, i, j;
+    for (i = 0; i < l->tiles; i += 4) {
+        int at = backward ? (l->tiles - i) * GTAOI_TILE + GAP - (SPAN - GTAOI_TILE) : (i - 1) * GTAOI_TILE - GAP;
+        int seen = n - 1;
+        uint64_t bits = 0;
+        for (j = 0; j < gtaoi_imin(4, l->tiles - i); j++) { /* the 16 samples before what is near */
+            int tile = backward ? l->tiles - 1 - i - j : i + j;
+            unsigned some = backward ? (unsigned)above[tile + 1] >> GAP | (unsigned)above[tile + 2] << REST
+                                     : (unsigned)above[tile - 2] >> REST | (unsigned)above[tile - 1] << GAP;
+            some &= 0xffffu;
+            bits |= (uint64_t)some << (backward ? SPAN - GTAOI_TILE - GTAOI_TILE * j : GTAOI_TILE * j);
+            seen += gtaoi_popcount(some);
+            l->start[line * l->tiles + tile] = seen;
+        }
+        while (bits) {
+            int k = backward ? gtaoi_highest(bits) : gtaoi_lowest(bits);
+            gtaoi_push_vertex(v, n, n - 1, l->inverse, at + k, w[at + k]);
+            n++;
+            bits ^= (uint64_t)1 << k;
+        }
     }
-    l->depth[line] = (int)(top - first);
 }
 
 /* What the caller knows beyond the image, at whole columns: the first vertices. */
 static void gtaoi_seed_vertices(gtaoi_lines *l, int line, int backward) {
     GTAOI_NO_CONTRACT
     float distance[GTAO_BEYOND_CAPACITY], depth[GTAO_BEYOND_CAPACITY];
-    gtaoi_vertex *first = l->vertex + (ptrdiff_t)line * l->room, *top = first + l->depth[line];
+    gtaoi_vertex *v = l->vertex + (ptrdiff_t)line * l->room;
+    int top = l->seeds[line];
     int p = backward ? l->count - 1 : 0, step = backward ? -1 : 1, last, n, i;
     double unit = 1.0 / sqrt(1.0 + l->slope * l->slope), x, y, dx = (double)-step * unit, dy = dx * l->slope;
     while (p >= 0 && p < l->count && (l->minor[p] + line < 0 || l->minor[p] + line >= l->n_minor))
@@ -2514,14 +2528,15 @@ static void gtaoi_seed_vertices(gtaoi_lines *l, int line, int backward) {
             continue;
         t = gtaoi_imax((int)((double)distance[i] * unit + 0.5), 1);
         if (t >= last) { /* two at one column: the higher one */
-            if (t > last || w <= top->w)
+            if (t > last || w <= v[top].w)
                 continue;
             top--;
         }
         last = t;
-        top = gtaoi_push_vertex(top, l->inverse, p - step * t, w, 0.0f);
+        gtaoi_push_vertex(v, top + 1, top, l->inverse, p - step * t, w);
+        top++;
     }
-    l->depth[line] = (int)(top - first);
+    l->seeds[line] = top;
 }
 
 /* Empty hulls, and sky around the lines. */
@@ -2532,13 +2547,10 @@ static void gtaoi_sweep_start(gtaoi_lines *l, int backward) {
         float *strip = l->strip + i * l->length;
         gtaoi_fill_sky(strip - GTAOI_MARGIN, GTAOI_MARGIN);
         gtaoi_fill_sky(strip + l->tiles * GTAOI_TILE, GTAOI_MARGIN);
-        strip = l->across + i * l->length;
-        memset(strip - GTAOI_MARGIN, 0, GTAOI_MARGIN * sizeof(float));
-        memset(strip + l->tiles * GTAOI_TILE, 0, GTAOI_MARGIN * sizeof(float));
-        v->w = GTAOI_SKY, v->across = 0.0f, v->slope = FLT_MAX;
+        v->w = GTAOI_SKY, v->slope = FLT_MAX;
         v->t = backward ? l->tiles * GTAOI_TILE + GTAOI_MARGIN : -GTAOI_MARGIN;
-        v[1] = v[0];
-        l->depth[i] = 1;
+        v->before = 0;
+        l->seeds[i] = 0;
     }
 }
 
@@ -3186,7 +3198,7 @@ static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gta
     l->farthest = l->longest + (s && s->beyond ? s->beyond_reach : 0) + 2 * GTAOI_MARGIN;
     l->total = l->inverse + (2 * (uint64_t)l->farthest + 1) * 4 + 63;
     /* a group of lines: heights, gradients and hulls */
-    l->work = ((uint64_t)GTAOI_TILE * 32 + 24) * ((uint64_t)l->longest + GTAOI_TILE + 2 * GTAOI_MARGIN) +
+    l->work = ((uint64_t)GTAOI_TILE * 24 + 24) * ((uint64_t)l->longest + GTAOI_TILE + 2 * GTAOI_MARGIN) +
               (uint64_t)GTAOI_TILE * sizeof(gtaoi_vertex) * (uint64_t)l->seeds;
     if (l->work < (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4)
         l->work = (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4;
@@ -3403,17 +3415,15 @@ static void gtaoi_sweep_group(const gtao_sweep *s, int k, int group, int plane, 
     l.inverse = s->inverse;
     l.length = l.tiles * GTAOI_TILE + 2 * GTAOI_MARGIN;
     l.strip = (float *)work + GTAOI_MARGIN;
-    l.across = l.strip + GTAOI_TILE * l.length;
-    l.base = l.across + GTAOI_TILE * l.length;
-    l.vertex = (gtaoi_vertex *)(void *)((float *)work + 3 * GTAOI_TILE * l.length);
+    l.vertex = (gtaoi_vertex *)(void *)((float *)work + GTAOI_TILE * l.length);
     l.room = l.length + (s->o.beyond ? GTAO_BEYOND_CAPACITY : 0);
     l.options = &s->o;
     l.minor = (int *)(void *)(l.vertex + GTAOI_TILE * l.room);
     l.ahead = (float *)(void *)(l.minor + l.length);
     l.highest = l.ahead + GTAOI_TILE * l.length;
     l.highest_block = l.highest + l.length;
-    l.aside = l.highest_block + l.length;
-    l.above = (uint16_t *)(void *)(l.aside + l.length);
+    l.start = (int32_t *)(void *)(l.highest_block + l.length);
+    l.above = (uint16_t *)(void *)(l.start + l.length);
     memset(l.above, 0, GTAOI_TILE * (size_t)(l.tiles + 4) * sizeof(uint16_t));
     gtaoi_sweep_start(&l, 0);
     GTAOI_DISPATCH(c->d.isa, gtaoi_sweep_lines, (&l));
@@ -4242,6 +4252,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const GTAOI_PIXEL 
 #define GTAOI_MARCH(o, b, r, t) GTAOI_NAME(gtaoi_march)(c, p, f, s, at, q, n0, n1, near_taps, n_near, o, b, r, t)
     if (c->cosines)
         GTAOI_NAME(gtaoi_march_cosines)(c, p, f, s, at, q, n0, n1);
+    else if (c->every_pixel && c->orthographic && !c->bounded)
+        GTAOI_MARCH(1, 0, 0, 1); /* the near pixels of a sweep */
     else if (c->every_pixel)
         GTAOI_MARCH(c->orthographic, c->bounded, 1, 1);
     else if (c->orthographic || !c->bounded)
@@ -4278,14 +4290,6 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_list)(const gtao_context *c, const GTAOI_P
     }
 }
 
-/* Lane of the first set bit. */
-GTAOI_FI int GTAOI_NAME(gtaoi_first)(unsigned bits) {
-    int lane = 0;
-    while (!(bits >> lane & 1))
-        lane++;
-    return lane;
-}
-
 /* Search one slice of a group whose lanes share directions: lanes by radius class. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                              GTAOI_HORIZONS *s, const float *at, int index, GM active, int x, int y,
@@ -4296,7 +4300,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const GTAOI_
     GV_STORE(keys, p->key);
     for (; GM_ANY(active); whole = 0) {
         unsigned bits = GM_BITS(active);
-        int first = GTAOI_NAME(gtaoi_first)(bits), k = gtaoi_class(c, keys[first]);
+        int first = gtaoi_lowest(bits), k = gtaoi_class(c, keys[first]);
         GTAOI_HORIZONS found;
         GM lanes = GM_AND(active, GV_EQ(p->key, GV_SET(keys[first]))), chosen = lanes;
         const gtaoi_sample *q;
@@ -4304,7 +4308,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const GTAOI_
         if (c->every_pixel) {
             /* One list for all, so all go on together up to the nearest end. */
             q = c->sample + (size_t)index * (size_t)c->max_steps;
-            for (i = first + 1; i < GTAOI_W; i++) {
+            for (i = GM_BITS(lanes) == bits ? GTAOI_W : first + 1; i < GTAOI_W; i++) {
                 if (!(bits >> i & 1) || count[gtaoi_class(c, keys[i])] >= n)
                     continue;
                 n = count[gtaoi_class(c, keys[i])];
@@ -4787,7 +4791,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_table)(const gtao_context *c, const GTAOI_PI
         active = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
     }
     while (GM_ANY(active)) {
-        int first = GTAOI_NAME(gtaoi_first)(GM_BITS(active)), k = gtaoi_class(c, keys[first]);
+        int first = gtaoi_lowest(GM_BITS(active)), k = gtaoi_class(c, keys[first]);
         GM lanes = GM_AND(active, GV_EQ(p->key, GV_SET(keys[first])));
         n = count[k];
         q = c->sample + ((size_t)index * (size_t)c->classes + (size_t)k) * (size_t)c->max_steps;
@@ -5464,11 +5468,19 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slice)(const gtao_context *c, const GTAOI_PIXEL *
         f->dx = GV_SET(slice->dx), f->dy = GV_SET(slice->dy);
         f->bx = GV_SET(slice->bx), f->by = GV_SET(slice->by), f->bb = GV_SET(slice->bb);
     }
-    f->along = GV_MUL(GV_ADD(GV_MUL(f->bx, p->rx), GV_MUL(f->by, p->ry)), p->inv_len);
-    perp2 = GV_MAX(GV_SUB(f->bb, GV_MUL(f->along, f->along)), GV_MUL(f->bb, GV_SET(1e-6f)));
-    perp = GV_SQRT(perp2);
-    f->inv_perp = GV_DIV(one, perp);
-    f->no = GV_MUL(GV_ADD(GV_ADD(GV_MUL(p->nx, f->bx), GV_MUL(p->ny, f->by)), GV_MUL(f->along, p->nv)), f->inv_perp);
+    if (c->orthographic && !c->per_pixel_noise) { /* b_perp = b; the same bits */
+        float length = sqrtf(slice->bb);
+        f->along = zero;
+        perp = GV_SET(length), f->inv_perp = GV_SET(1.0f / length);
+        f->no = GV_MUL(GV_ADD(GV_MUL(p->nx, f->bx), GV_MUL(p->ny, f->by)), f->inv_perp);
+    } else {
+        f->along = GV_MUL(GV_ADD(GV_MUL(f->bx, p->rx), GV_MUL(f->by, p->ry)), p->inv_len);
+        perp2 = GV_MAX(GV_SUB(f->bb, GV_MUL(f->along, f->along)), GV_MUL(f->bb, GV_SET(1e-6f)));
+        perp = GV_SQRT(perp2);
+        f->inv_perp = GV_DIV(one, perp);
+        f->no =
+            GV_MUL(GV_ADD(GV_ADD(GV_MUL(p->nx, f->bx), GV_MUL(p->ny, f->by)), GV_MUL(f->along, p->nv)), f->inv_perp);
+    }
     tangent = GV_MUL(f->no, p->inv_nv);
     f->kappa_tangent = GV_SUB(zero, tangent);
     f->kappa_scale = GV_MUL(GV_MUL(p->len, p->inv_w0), f->inv_perp);
@@ -5548,8 +5560,8 @@ GTAOI_FI void GTAOI_NAME(gtaoi_turn16)(const float *in, float *out, ptrdiff_t pi
  * on. */
 GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
     GTAOI_NO_CONTRACT
-    enum { HEIGHTS, ACROSS, BASES, AHEAD };
-    float block[4][GTAOI_TILE * GTAOI_TILE];
+    enum { HEIGHTS, AHEAD };
+    float block[2][GTAOI_TILE * GTAOI_TILE];
     const gtao_context *c = l->c;
     int u, k, wrap = c->d.border == GTAO_BORDER_WRAP;
     for (u = 0; u < GTAOI_TILE; u++) {
@@ -5559,16 +5571,14 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
         const float *p;
         if (position >= l->count) {
             gtaoi_fill_sky(block[HEIGHTS] + u * GTAOI_TILE, GTAOI_TILE);
-            gtaoi_fill_sky(block[BASES] + u * GTAOI_TILE, GTAOI_TILE);
-            memset(block[ACROSS] + u * GTAOI_TILE, 0, GTAOI_TILE * sizeof(float));
             memset(block[AHEAD] + u * GTAOI_TILE, 0, GTAOI_TILE * sizeof(float));
-            l->aside[position] = 0.0f, l->minor[position] = 0;
+            l->minor[position] = 0;
             continue;
         }
         whole = (int)place - ((double)(int)place > place);
         fraction = place - (double)whole;
         up = fraction >= 0.5;
-        l->aside[position] = aside = (float)(fraction - (double)up);
+        aside = (float)(fraction - (double)up);
         at = l->line + whole;
         if (wrap)
             at = gtaoi_wrap(at, l->n_minor), i = gtaoi_wrap(i, l->n_major);
@@ -5592,8 +5602,6 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
             from_b = GV_LE(GV_ABS(GV_SUB(own, further)), limit);
             own = GV_SELECT(small, step, GV_IF(GM_OR(from_a, from_b), own));
             GV_STORE(block[HEIGHTS] + u * GTAOI_TILE + k, GV_ADD(nearest, GV_MUL(own, GV_SET(aside))));
-            GV_STORE(block[ACROSS] + u * GTAOI_TILE + k, own);
-            GV_STORE(block[BASES] + u * GTAOI_TILE + k, nearest);
         }
         for (k = 0; c->bounded && k < GTAOI_TILE; k++) { /* gradients are not padded */
             int y = at + up + k;
@@ -5609,8 +5617,6 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
         }
     }
     GTAOI_NAME(gtaoi_turn16)(block[HEIGHTS], l->strip + tile * GTAOI_TILE, l->length);
-    GTAOI_NAME(gtaoi_turn16)(block[ACROSS], l->across + tile * GTAOI_TILE, l->length);
-    GTAOI_NAME(gtaoi_turn16)(block[BASES], l->base + tile * GTAOI_TILE, l->length);
     if (c->bounded)
         GTAOI_NAME(gtaoi_turn16)(block[AHEAD], l->ahead + tile * GTAOI_TILE, l->length);
 }
@@ -5623,7 +5629,7 @@ GTAOI_FN unsigned GTAOI_NAME(gtaoi_sweep_above)(const float *strip) {
     int i, k;
     for (i = 0; i < GTAOI_TILE; i += GTAOI_W, strip += GTAOI_W) {
         GV w = GV_LOAD(strip), left = GV_SUB(w, GV_LOAD(strip - 1)), right = GV_SUB(GV_LOAD(strip + 1), w);
-        for (k = 2; k <= GTAOI_LAG; k++) {
+        for (k = 2; k <= GTAOI_LAG; k += k < 4 ? 1 : k < 8 ? 2 : 4) {
             GV inv = GV_SET(1.0f / (float)k);
             left = GV_MIN(left, GV_MUL(GV_SUB(w, GV_LOAD(strip - k)), inv));
             right = GV_MAX(right, GV_MUL(GV_SUB(GV_LOAD(strip + k), w), inv));
@@ -5638,40 +5644,39 @@ GTAOI_FN unsigned GTAOI_NAME(gtaoi_sweep_above)(const float *strip) {
  * any of the 16. Heights are moved from the line to the parallel through the receiver by their gradient across. */
 GTAOI_FN void GTAOI_NAME(gtaoi_sweep_query)(const gtaoi_lines *l, int line, int tile, int backward, float *out) {
     GTAOI_NO_CONTRACT
-    enum { N = GTAOI_TILE / GTAOI_W, FIRST = GTAO_SWEEP_NEAR + 1, LAST = GTAO_SWEEP_NEAR + GTAOI_LAG + GTAOI_TILE - 1 };
+    enum { N = GTAOI_TILE / GTAOI_W, FIRST = GTAO_SWEEP_NEAR + 1, LAST = GTAO_SWEEP_NEAR + GTAOI_LAG };
     ptrdiff_t at = (ptrdiff_t)line * l->length + tile * GTAOI_TILE, step = backward ? 1 : -1;
     const float *sample = l->strip + at + FIRST * step;
-    const gtaoi_vertex *vertex = l->vertex + (ptrdiff_t)line * l->room + l->depth[line];
-    const float *across = sample + (l->across - l->strip);
-    GV b[N], aside[N], best[N], hull[N];
-    int k, n, rising;
+    const gtaoi_vertex *v = l->vertex + (ptrdiff_t)line * l->room;
+    int at_vertex = l->start[line * l->tiles + tile], k, n, rising, i;
+    GV b[N], best[N], hull[N];
     for (n = 0; n < N; n++) {
-        b[n] = GV_LOAD(l->base + at + n * GTAOI_W);
-        aside[n] = GV_LOAD(l->aside + tile * GTAOI_TILE + n * GTAOI_W);
+        b[n] = GV_LOAD(l->strip + at + n * GTAOI_W);
         best[n] = hull[n] = GV_SET(GTAOI_SKY);
     }
-    for (k = FIRST; k <= LAST; k++, sample += step, across += step) {
-        GV inv = GV_SET(l->inverse[k]);
+    for (k = FIRST; k <= LAST; k += 2, sample += 2 * step) {
+        GV inv = GV_SET(l->inverse[k]), further_inv = GV_SET(l->inverse[k + 1]);
         for (n = 0; n < N; n++) {
-            GV base = GV_ADD(b[n], GV_MUL(aside[n], GV_LOAD(across + n * GTAOI_W)));
-            best[n] = GV_MAX(best[n], GV_MUL(GV_SUB(GV_LOAD(sample + n * GTAOI_W), base), inv));
+            const float *p = sample + n * GTAOI_W;
+            best[n] = GV_MAX(best[n], GV_MUL(GV_SUB(GV_LOAD(p), b[n]), inv));
+            hull[n] = GV_MAX(hull[n], GV_MUL(GV_SUB(GV_LOAD(p + step), b[n]), further_inv));
         }
     }
-    do {
-        GV w = GV_SET(vertex[0].w), w_across = GV_SET(vertex[0].across);
-        GV further = GV_SET(vertex[-1].w), further_across = GV_SET(vertex[-1].across);
-        const float *inv = l->inverse + (tile * GTAOI_TILE - vertex[0].t);
-        const float *further_inv = l->inverse + (tile * GTAOI_TILE - vertex[-1].t);
-        for (rising = 0, n = 0; n < N; n++) {
-            GV base = GV_ADD(b[n], GV_MUL(aside[n], w_across)), slope;
-            hull[n] = GV_MAX(hull[n], GV_MUL(GV_SUB(w, base), GV_LOAD(inv + n * GTAOI_W)));
-            base = GV_ADD(b[n], GV_MUL(aside[n], further_across));
-            slope = GV_MUL(GV_SUB(further, base), GV_LOAD(further_inv + n * GTAOI_W));
-            rising |= GM_ANY(GV_LT(hull[n], slope));
-            hull[n] = GV_MAX(hull[n], slope);
+    for (n = 0; n < N; n++)
+        best[n] = GV_MAX(best[n], hull[n]), hull[n] = GV_SET(GTAOI_SKY);
+    do
+        for (i = 0; i < 4; i++) {
+            GV w = GV_SET(v[at_vertex].w);
+            const float *inv = l->inverse + (tile * GTAOI_TILE - v[at_vertex].t);
+            at_vertex = v[at_vertex].before;
+            for (rising = 0, n = 0; n < N; n++) {
+                GV slope = GV_MUL(GV_SUB(w, b[n]), GV_LOAD(inv + n * GTAOI_W));
+                if (i == 3)
+                    rising |= GM_ANY(GV_LT(hull[n], slope));
+                hull[n] = GV_MAX(hull[n], slope);
+            }
         }
-        vertex -= 2;
-    } while (rising);
+    while (rising);
     for (n = 0; n < N; n++)
         GV_STORE(out + n * GTAOI_W, GV_MAX(best[n], hull[n]));
 }
@@ -5724,17 +5729,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_within)(const gtaoi_lines *l, int line, int
     int step = backward ? 1 : -1, at = tile * GTAOI_TILE, k, n, t, ring = c->inv_falloff > 0.0f;
     int blocks = l->tiles / GTAOI_BLOCK + 1, end = (backward ? l->tiles - tile : tile + 1) * GTAOI_TILE;
     const float *sample_at = l->strip + (ptrdiff_t)line * l->length + at;
-    const float *across_at = l->across + (ptrdiff_t)line * l->length + at;
     float sign = backward ? 1.0f : -1.0f, reach[GTAOI_TILE], high = GTAOI_SKY, range = 0.0f;
     GV unit = GV_ABS(GV_SET(l->x_major ? l->slice->dx : l->slice->dy));
-    GV b[N], aside[N], tangent[N];
+    GV b[N], tangent[N];
     GTAOI_FRAME f[N];
     GTAOI_HORIZONS s[N];
     for (n = 0; n < N; n++) {
         GV w0 = one, len = one, along = zero, perp = GV_SET(l->slice->bb), rx = zero, ry = zero;
         ptrdiff_t here = (ptrdiff_t)line * l->length + at + n * GTAOI_W;
-        b[n] = GV_LOAD(l->base + here);
-        aside[n] = GV_LOAD(l->aside + at + n * GTAOI_W);
+        b[n] = GV_LOAD(l->strip + here);
         tangent[n] = GV_MUL(GV_MUL(GV_LOAD(l->ahead + here), GV_SET(sign)), unit);
         if (!c->orthographic) {
             GV major = GV_ADD(GV_SET((float)(l->first + at + n * GTAOI_W)), GTAOI_NAME(gtaoi_iota)()), minor;
@@ -5793,7 +5796,6 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_within)(const gtaoi_lines *l, int line, int
             GTAOI_SAMPLE sample;
             GM fading;
             GV w = GV_LOAD(sample_at + step * k + n * GTAOI_W), rise;
-            w = GV_SUB(w, GV_MUL(aside[n], GV_LOAD(across_at + step * k + n * GTAOI_W)));
             rise = GV_SUB(GV_MUL(GV_SUB(w, b[n]), inv), tangent[n]);
             fading = GTAOI_NAME(gtaoi_rise)(c, &f[n], &s[n], 0, w, inv, rise, rise, &sample, c->orthographic, 1, 1, 0);
             if (ring && GM_ANY(fading))
@@ -5820,23 +5822,16 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_lines)(gtaoi_lines *l) {
     if (l->c->bounded)
         GTAOI_NAME(gtaoi_sweep_highest)(l);
     for (side = 0; side < 2; side++) {
-        enum { GAP = GTAO_SWEEP_NEAR + GTAOI_LAG };
         int backward = l->backward[side];
         gtaoi_sweep_start(l, backward);
         for (line = 0; l->options->beyond && line < GTAOI_TILE; line++)
             gtaoi_seed_vertices(l, line, backward);
+        for (line = 0; line < GTAOI_TILE && !l->c->bounded; line++)
+            gtaoi_push_vertices(l, line, backward);
         for (i = 0; i < tiles; i++) {
             float found[GTAOI_TILE * GTAOI_TILE], turned[GTAOI_TILE * GTAOI_TILE];
             int at;
             tile = backward ? tiles - 1 - i : i, at = tile * GTAOI_TILE;
-            for (line = 0; line < GTAOI_TILE && !l->c->bounded;
-                 line++) { /* 16 samples, GAP from the receivers, of two tiles */
-                const uint16_t *above = l->above + line * (tiles + 4) + tile + 2;
-                unsigned bits = backward ? (unsigned)above[1] >> GAP | (unsigned)above[2] << (GTAOI_TILE - GAP)
-                                         : (unsigned)above[-2] >> (GTAOI_TILE - GAP) | (unsigned)above[-1] << GAP;
-                gtaoi_push_vertices(l, line, backward ? at + GTAOI_TILE + GAP : at - GTAOI_TILE - GAP, bits & 0xffffu,
-                                    backward);
-            }
             if (at + GTAOI_TILE <= l->begin || at >= l->end)
                 continue;
             for (line = 0; line < GTAOI_TILE; line++) {
@@ -6424,7 +6419,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_fetch_history)(const gtao_frame_context *f, int x
     GV_STORE(steps, step_x), GV_STORE(rows, by);
     h->blur = GV_ADD(GV_MUL(fx, GV_SUB(one, fx)), GV_MUL(fy, GV_SUB(one, fy)));
     while (GM_ANY(valid)) {
-        int first = GTAOI_NAME(gtaoi_first)(GM_BITS(valid)), column = x0 + (int)steps[first], row = (int)rows[first];
+        int first = gtaoi_lowest(GM_BITS(valid)), column = x0 + (int)steps[first], row = (int)rows[first];
         GM lanes = GM_AND(valid, GM_AND(GV_EQ(step_x, GV_SET(steps[first])), GV_EQ(by, GV_SET(rows[first]))));
         for (j = 0; j < 2; j++) {
             const float *heights = gtaoi_plane_row(f, f->height_before, row + j) + column;
