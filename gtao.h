@@ -2459,17 +2459,7 @@ GTAOI_INLINE void gtaoi_push_vertex(gtaoi_vertex *v, int n, int top, const float
     v[n].w = w, v[n].slope = slope, v[n].t = t, v[n].before = top;
 }
 
-/* Height of a depth, orthographic. */
-static float gtaoi_line_height(const gtao_context *c, float depth) {
-    GTAOI_NO_CONTRACT
-    float w = depth * c->w_scale;
-    int visible = gtaoi_finite(depth);
-    if (c->d.depth_kind == GTAO_DEPTH_DEVICE)
-        w += c->w_bias, visible = c->w_far < w && w < FLT_MAX;
-    else if (c->d.depth_kind != GTAO_DEPTH_HEIGHT)
-        visible = depth > 0.0f && depth < c->z_sky;
-    return visible ? gtaoi_clamp(w, -GTAOI_ORTHO_LIMIT, GTAOI_ORTHO_LIMIT) : GTAOI_SKY;
-}
+static float gtaoi_line_height(const gtao_context *c, float depth); /* below, by a kernel */
 
 /* The vertices of a line, and which of them each tile's receivers see first, more than GTAO_SWEEP_NEAR away. Four tiles
  * at a time: it is the ends of loops that cost. */
@@ -3106,6 +3096,11 @@ GTAO_API const float *gtao_frame_plane(const gtao_frame_context *context, gtao_p
     planes[GTAO_PLANE_LENGTH] = f->temporal ? f->history_now + GTAOI_HISTORY_LENGTH * f->plane : 0;
     *width = f->width, *height = f->height, *stride = f->pitch * 4;
     return (unsigned)plane <= GTAO_PLANE_LENGTH ? planes[plane] : 0;
+}
+
+/* Height of a depth beyond the image, orthographic. */
+static float gtaoi_line_height(const gtao_context *c, float depth) {
+    return gtaoi_height_scalar(c, depth, 0.0f, 0.0f);
 }
 
 /* ---- the sweep: stages ------------------------------------------------------------------------------------------ */
@@ -5555,7 +5550,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_turn16)(const float *in, float *out, ptrdiff_t pi
         }
 }
 
-/* Heights of 16 lines at 16 positions, their gradients across the lines, and the receivers. A height on a line is linear
+/* Heights of 16 lines at 16 positions. A height on a line is linear
  * between two pixels of one surface (the step is small, or goes on from either side); else the nearer one's surface goes
  * on. */
 GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
@@ -5640,8 +5635,11 @@ GTAOI_FN unsigned GTAOI_NAME(gtaoi_sweep_above)(const float *strip) {
 }
 
 /* Largest slopes from the 16 receivers of one line and tile to what lies more than GTAO_SWEEP_NEAR before (after) them:
- * the samples that are not in the hull yet, then the hull's vertices from the nearest on, for as long as they rise for
- * any of the 16. Heights are moved from the line to the parallel through the receiver by their gradient across. */
+ * one by one the samples that may see more than the hull's vertices, since these were compared with samples so near, or
+ * are not in the hull yet; then the vertices, nearest first. From each receiver their slopes rise up to its horizon and
+ * fall beyond, so four that do not rise for any of the 16 end the search; what is looked at for another's sake could only
+ * exceed the horizon by its rounding, and the 16 are the same for every kernel. Receivers stand on the line, too, as if
+ * their pixel's surface had been moved there: what lies beside the line is taken to be so inclined. */
 GTAOI_FN void GTAOI_NAME(gtaoi_sweep_query)(const gtaoi_lines *l, int line, int tile, int backward, float *out) {
     GTAOI_NO_CONTRACT
     enum { N = GTAOI_TILE / GTAOI_W, FIRST = GTAO_SWEEP_NEAR + 1, LAST = GTAO_SWEEP_NEAR + GTAOI_LAG };
@@ -5703,7 +5701,9 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_highest)(const gtaoi_lines *l) {
 }
 
 /* Whether samples at the distances k0 .. k1 may raise the horizon of any receiver of a tile: the highest of the tiles
- * from `t` to `t_end` that they lie in, `high` of `count` tiles or blocks of tiles each, at either distance. */
+ * from `t` to `t_end` that they lie in, `high` of `count` tiles or blocks of tiles each, at either distance. The same
+ * operations in the same order as for a sample, and each is monotonic, rounding included: what is passed over changes no
+ * bit. */
 GTAOI_FI int GTAOI_NAME(gtaoi_sweep_matters)(const gtaoi_lines *l, const float *high, int count, int t, int t_end,
                                              int k0, int k1, GV unit, const GV *b, const GV *tangent,
                                              const GTAOI_HORIZONS *s) {
@@ -5712,8 +5712,8 @@ GTAOI_FI int GTAOI_NAME(gtaoi_sweep_matters)(const gtaoi_lines *l, const float *
         gtaoi_max(t >= 0 && t < count ? high[t] : GTAOI_SKY, t_end >= 0 && t_end < count ? high[t_end] : GTAOI_SKY);
     int n, any = 0;
     for (n = 0; n < GTAOI_TILE / GTAOI_W; n++) {
-        GV up = GV_MUL(GV_SUB(GV_SET(top), b[n]), unit);
-        up = GV_MAX(GV_MUL(up, GV_SET(l->inverse[k0])), GV_MUL(up, GV_SET(l->inverse[k1])));
+        GV up = GV_SUB(GV_SET(top), b[n]);
+        up = GV_MAX(GV_MUL(up, GV_MUL(GV_SET(l->inverse[k0]), unit)), GV_MUL(up, GV_MUL(GV_SET(l->inverse[k1]), unit)));
         any |= GM_ANY(GV_LT(s[n].rise[0], GV_SUB(up, tangent[n])));
     }
     return any;
