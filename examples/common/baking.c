@@ -1392,7 +1392,7 @@ int baking_finish(baking *b) {
                                  : k == OUT_SH       ? names_sh
                                                      : names_y,
                                  k == OUT_BENT ? IMAGE_RANGE_SIGNED : IMAGE_RANGE_UNIT, b->o.bits, pending + k, &error);
-        if (!writers[k])
+        if (!writers[k] || !raster_place(writers[k], b->o.source.heights, &error))
             ok = error_line(b, "%s %s", option_table[output_option[k]].name, error.text);
     }
     ok = ok && note_pending(b, pending, OUT_COUNT) && write_rows(b, writers);

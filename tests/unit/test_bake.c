@@ -342,17 +342,22 @@ static void test_input_formats(void **state) {
 #if HAS_TIFF
 
 /* A GeoTIFF of 16-bit integers in strips, as elevation models come: cells of 20 units, -9999 where nothing is known. */
+static const double geotiff_place[6] = {0.0, 0.0, 0.0, 512000.0, 4030000.0, 0.0};
+static const char geotiff_text[] = "somewhere|";
+
 static void save_geotiff(const char *name, int compressed) {
     static const TIFFFieldInfo fields[] = {
         {33550, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, (char *)(uintptr_t) "ModelPixelScale"},
         {34735, -1, -1, TIFF_SHORT, FIELD_CUSTOM, 1, 1, (char *)(uintptr_t) "GeoKeyDirectory"},
+        {33922, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, (char *)(uintptr_t) "ModelTiepoint"},
+        {34737, -1, -1, TIFF_ASCII, FIELD_CUSTOM, 1, 0, (char *)(uintptr_t) "GeoAsciiParams"},
         {42113, -1, -1, TIFF_ASCII, FIELD_CUSTOM, 1, 0, (char *)(uintptr_t) "GDALNoData"}};
     double scale[3] = {20.0, 20.0, 0.0};
     uint16_t keys[8] = {1, 1, 0, 1, 1024, 0, 1, 1};
     int16_t row[WIDTH];
     TIFF *t = TIFFOpen(in_directory(name), "w");
     assert_non_null(t);
-    TIFFMergeFieldInfo(t, fields, 3);
+    TIFFMergeFieldInfo(t, fields, 5);
     TIFFSetField(t, TIFFTAG_IMAGEWIDTH, WIDTH);
     TIFFSetField(t, TIFFTAG_IMAGELENGTH, HEIGHT);
     TIFFSetField(t, TIFFTAG_BITSPERSAMPLE, 16);
@@ -363,6 +368,8 @@ static void save_geotiff(const char *name, int compressed) {
     TIFFSetField(t, TIFFTAG_COMPRESSION, compressed ? COMPRESSION_ADOBE_DEFLATE : COMPRESSION_NONE);
     TIFFSetField(t, 33550, 3, scale);
     TIFFSetField(t, 34735, 8, keys);
+    TIFFSetField(t, 33922, 6, geotiff_place);
+    TIFFSetField(t, 34737, geotiff_text);
     TIFFSetField(t, 42113, "-9999");
     for (int y = 0; y < HEIGHT; ++y) {
         for (int x = 0; x < WIDTH; ++x)
@@ -384,8 +391,25 @@ static void test_geotiff(void **state) {
         save_geotiff("in.tif", compressed);
         run_well("--height @/in.tif --directions 8 -o @/v.raw"); /* it states the size of its pixels */
         check_equal("v.raw", 1, PIXELS, v);
+        run_well("--height @/in.tif --directions 8 -o @/v.tif"); /* and where it lies: so does the result */
+        check_equal("v.tif", 1, PIXELS, v);
+        TIFF *t = TIFFOpen(in_directory("v.tif"), "r");
+        uint32_t count = 0;
+        void *data = NULL;
+        assert_non_null(t);
+        assert_int_equal(TIFFGetField(t, 33922, &count, &data), 1);
+        assert_int_equal(count, 6);
+        assert_memory_equal(data, geotiff_place, sizeof geotiff_place);
+        assert_int_equal(TIFFGetField(t, 34737, &count, &data), 1);
+        assert_string_equal(data, geotiff_text);
+        assert_int_equal(TIFFGetField(t, 34735, &count, &data), 1);
+        assert_int_equal(count, 8);
+        assert_int_equal(TIFFGetField(t, 33550, &count, &data), 1);
+        assert_int_equal(count, 3);
+        TIFFClose(t);
     }
     drop("v.raw");
+    drop("v.tif");
     drop("in.tif");
 }
 
