@@ -1195,7 +1195,7 @@ static int write_rows(const baking *b, raster_writer *const writers[OUT_COUNT]) 
 
 /* ---- the picture ------------------------------------------------------------------------------------------------- */
 
-enum { PICTURE_SIDE = 512, PICTURE_MARGIN = 12, PICTURE_TITLE = 30 };
+enum { PICTURE_SIDE = 400, PICTURE_MARGIN = 12, PICTURE_TITLE = 30 };
 
 /* `factor` x `factor` pixels to one, of the heights (output < 0) or an output. */
 static int shrink(const baking *b, int output, int factor, image *small) {
