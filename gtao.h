@@ -5558,6 +5558,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
     enum { HEIGHTS, AHEAD };
     float block[2][GTAOI_TILE * GTAOI_TILE];
     const gtao_context *c = l->c;
+    const int soon = 32, soon_minor = (int)(l->slope * 32.0);
     int u, k, wrap = c->d.border == GTAO_BORDER_WRAP;
     for (u = 0; u < GTAOI_TILE; u++) {
         int position = tile * GTAOI_TILE + u, i = l->first + position, whole, up, at;
@@ -5581,6 +5582,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
         if (!wrap)
             at = gtaoi_imin(gtaoi_imax(at, -18), l->n_minor + 1), i = gtaoi_imin(gtaoi_imax(i, 0), l->n_major - 1);
         p = l->plane + (ptrdiff_t)i * l->pitch + at;
+        if (i + soon < l->n_major && at >= 0) /* each position is another page */
+            GTAOI_PREFETCH(p + soon * l->pitch + soon_minor, 24);
         for (k = 0; k < GTAOI_TILE; k += GTAOI_W) {
             GV a = GV_LOAD(p + k), b = GV_LOAD(p + k + 1), before = GV_LOAD(p + k - 1), after = GV_LOAD(p + k + 2);
             GV step = GV_SUB(b, a), limit = GV_SET(c->same_surface), nearest = up ? b : a, own, further;
