@@ -1,6 +1,8 @@
 /* raster.c - see raster.h */
 #include "raster.h"
 
+#include "exr_chunk.h"
+
 #include <errno.h>
 #include <math.h>
 #include <setjmp.h>
@@ -11,8 +13,6 @@
 #include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-#include <OpenEXR/openexr.h>
 
 #ifdef __has_include
 #if __has_include(<png.h>)
@@ -647,6 +647,7 @@ struct raster_writer {
     uint8_t *bytes; /* PNG: a row; TIFF: a tile */
     exr_context_t exr;
     exr_encode_pipeline_t pipeline;
+    exr_chunk chunk;
     int part, begun;
 #if RASTER_HAS_PNG
     png_structp png;
@@ -717,7 +718,7 @@ static int flush_exr(raster_writer *w, image_error *error) {
         info->encode_from_ptr = (const uint8_t *)(w->band + c);
     }
     if (!w->begun)
-        result = exr_encoding_choose_default_routines(w->exr, w->part, &w->pipeline);
+        result = exr_chunk_routines(w->exr, w->part, &w->pipeline, &w->chunk);
     w->begun = 1;
     if (result == EXR_ERR_SUCCESS)
         result = exr_encoding_run(w->exr, w->part, &w->pipeline);
