@@ -167,6 +167,31 @@ static void sweep(int width, int height, const float *map, const float *normals,
 #define SMALL "--height @/h.pfm --pixel-size 20 --directions 8 "
 #define LARGE "--height @/big.raw --raw-size 420,420 --pixel-size 1 --directions 16 "
 
+/* ---- files ------------------------------------------------------------------------------------------------------- */
+
+/* Noise with ever more zeros, so that chunks compress to a little more than their own size, just that, and less. */
+static void test_exr_chunks(void **state) {
+    (void)state;
+    enum { W = 225, H = 16, FLOATS = W * H };
+    static float data[FLOATS];
+    for (int zeros = 0; zeros < 300; ++zeros) {
+        unsigned seed = 1;
+        for (int i = 0; i < FLOATS; ++i) {
+            seed = seed * 1664525u + 1013904223u;
+            unsigned bits = (seed & 0x80000000u) | 0x3f000000u | (seed >> 9 & 0x7fffffu);
+            memcpy(data + i, &bits, 4);
+        }
+        for (int i = 0; i < zeros; ++i)
+            data[i * 12] = 0.0f;
+        save("c.exr", W, H, 1, data, 8);
+        float *read = load("c.exr", 1, FLOATS);
+        if (memcmp(read, data, sizeof data) != 0)
+            fail_msg("%d zeros: differs", zeros);
+        free(read);
+    }
+    drop("c.exr");
+}
+
 /* ---- results ----------------------------------------------------------------------------------------------------- */
 
 static void test_equals_library(void **state) {
@@ -908,6 +933,7 @@ int main(void) {
 #endif
         cmocka_unit_test(test_normals),
         cmocka_unit_test(test_bent_spaces),
+        cmocka_unit_test(test_exr_chunks),
         cmocka_unit_test(test_horizons),
         cmocka_unit_test(test_harmonics),
         cmocka_unit_test(test_holes),
