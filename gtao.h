@@ -2056,7 +2056,6 @@ static float gtaoi_ry2(const gtao_context *c, int y) {
 }
 
 /* Index of the lowest and of the highest bit; m is not 0. */
-/* Place of the lowest and the highest set bit. */
 GTAOI_INLINE int gtaoi_lowest(uint64_t m) {
 #if defined(__GNUC__) || defined(__clang__)
     return __builtin_ctzll(m);
@@ -2077,7 +2076,7 @@ GTAOI_INLINE int gtaoi_highest(uint64_t m) {
     return i;
 #endif
 }
-GTAOI_INLINE int gtaoi_popcount(unsigned m) { /* of 16 bits */
+GTAOI_INLINE int gtaoi_popcount(unsigned m) {    /* of 16 bits */
     if (m == 0xffffu || m == 0xffu || m == 0xfu) /* whole groups */
         return m == 0xffffu ? 16 : m == 0xffu ? 8 : 4;
     m = (m & 0x5555u) + (m >> 1 & 0x5555u);
