@@ -187,7 +187,7 @@ extern "C" {
     X(GTAO_ERROR_OUTPUT_SH, "sh_bands, sh_stride, sh_plane_stride: 0 (3), 2 or 3 bands, apart by multiples of 4 "      \
                             "bytes; sh: not in a frame")                                                               \
     X(GTAO_ERROR_SCRATCH, "scratch, context: null, or smaller than gtao_scratch_size()")                               \
-    X(GTAO_ERROR_SWEEP, "estimator, thin_blend, thickness, back, layers, sh, signal: not in a sweep")                  \
+    X(GTAO_ERROR_SWEEP, "estimator, thin_blend, thickness, back, layers, signal: not in a sweep")                      \
     X(GTAO_ERROR_REGION, "region: must be a part of the image, or all zero")                                           \
     X(GTAO_ERROR_HORIZONS, "horizon_stride, horizon_plane: rows or planes overlap or are misaligned")                  \
     X(GTAO_ERROR_BEYOND, "beyond: needs an orthographic camera, an open border and a beyond_reach of 1..2^20")         \
@@ -562,7 +562,7 @@ GTAO_API void gtao_compose_layers(size_t n, const float *scene, const float *sce
  * other image): read are depth, normals, mask, camera, border (lines go on for one image diagonal beyond a clamped or
  * wrapped one), radius, falloff, slices (0: 32; K slices are 2 K directions, slice k at pi (k + 1/2) / K on its + side),
  * weighting and isa; ignored are steps, max_radius_px, step_power, noise and frame. Refused are the memo's estimator,
- * thin_blend, thickness, backs, layers, spherical harmonics and the signal.
+ * thin_blend, thickness, backs, layers and the signal.
  *
  *     gtao_sweep *sweep;
  *     gtao_result result = gtao_sweep_begin(&desc, &output, &options, scratch, scratch_size, &sweep);
@@ -2373,9 +2373,9 @@ static void gtaoi_sum_tile(gtaoi_effort_tile *t, float columns[4][GTAOI_EFFORT_W
 }
 
 /* Index of the lowest and of the highest bit; m is not 0. */
-GTAOI_INLINE int gtaoi_lowest(unsigned m) {
+GTAOI_INLINE int gtaoi_lowest(uint64_t m) {
 #if defined(__GNUC__) || defined(__clang__)
-    return __builtin_ctz(m);
+    return __builtin_ctzll(m);
 #else
     int i = 0;
     while (!(m >> i & 1))
@@ -2383,12 +2383,11 @@ GTAOI_INLINE int gtaoi_lowest(unsigned m) {
     return i;
 #endif
 }
-
-GTAOI_INLINE int gtaoi_highest(unsigned m) {
+GTAOI_INLINE int gtaoi_highest(uint64_t m) {
 #if defined(__GNUC__) || defined(__clang__)
-    return 31 - __builtin_clz(m);
+    return 63 - __builtin_clzll(m);
 #else
-    int i = 31;
+    int i = 63;
     while (!(m >> i & 1))
         i--;
     return i;
@@ -2893,7 +2892,7 @@ static void gtaoi_judge_tiles(const gtao_frame_context *f, int ty0, int ty1) {
 /* ---- the sweep: plan -------------------------------------------------------------------------------------------- */
 
 #define GTAOI_TILE 16   /* lines in a group and columns in a tile, whatever the width: part of the results */
-#define GTAOI_LAG 8     /* a sample is compared with its neighbours so far off before it becomes a vertex */
+#define GTAOI_LAG 16    /* a sample is compared with its neighbours so far off before it becomes a vertex */
 #define GTAOI_BLOCK 8   /* tiles whose highest sample tells at once whether one of them matters */
 #define GTAOI_MARGIN 64 /* positions of sky before and after each line */
 
@@ -2943,10 +2942,11 @@ typedef struct gtaoi_sweep_layout {
     uint64_t work;                                                    /* bytes */
 } gtaoi_sweep_layout;
 
-/* Of an upper hull: position, height, and slope from the vertex before. */
+/* A sample that was on the upper hull of its line when the sweep passed it: height, slope from the vertex before it on
+ * that hull, position. The hulls of all positions are one tree. */
 typedef struct gtaoi_vertex {
-    float w, across, slope; /* across: gradient of the heights across the line */
-    int32_t t;
+    float w, slope;
+    int32_t t, before;
 } gtaoi_vertex;
 
 /* One group of lines on its way. */
@@ -2969,11 +2969,9 @@ typedef struct gtaoi_lines {
     const float *inverse; /* 1 / |k|, k also negative */
     ptrdiff_t length;     /* of a line's part of the buffers */
     float *strip;         /* heights on the lines, [line][position] */
-    float *across;        /* their gradients across the lines */
-    float *base;          /* heights of the receivers, the pixels nearest to the lines */
-    float *aside;         /* how far a line passes from its receivers, [position] */
-    gtaoi_vertex *vertex; /* upper hulls, [line][room] */
+    gtaoi_vertex *vertex; /* [line][room] */
     ptrdiff_t room;
+    int32_t *start; /* [line][tile]: the last vertex before a tile */
     const gtao_sweep_options *options;
     int *minor;           /* pixel of the first line at each position */
     uint16_t *above;      /* [line][tile]: samples that may be vertices */
@@ -2981,51 +2979,57 @@ typedef struct gtaoi_lines {
     float *highest;       /* [line][tile] */
     float *highest_block; /* [line][block] */
     const gtaoi_slice *slice;
-    int depth[GTAOI_TILE]; /* last vertex */
+    int seeds[GTAOI_TILE]; /* last vertex beyond the image */
 } gtaoi_lines;
 
-/* A vertex at the end of an upper hull, whose slopes fall; returns where it is. */
-GTAOI_INLINE gtaoi_vertex *gtaoi_push_vertex(gtaoi_vertex *top, const float *inverse, int t, float w, float across) {
+/* Vertex n, after `top`: the hull loses what lies below the line from it to what remains; its slopes fall. */
+GTAOI_INLINE void gtaoi_push_vertex(gtaoi_vertex *v, int n, int top, const float *inverse, int t, float w) {
     GTAOI_NO_CONTRACT
-    float slope = (w - top->w) * inverse[t - top->t];
-    while (slope >= top->slope)
-        top--, slope = (w - top->w) * inverse[t - top->t];
-    top++;
-    top->w = w, top->across = across, top->slope = slope, top->t = t;
-    return top;
+    float slope = (w - v[top].w) * inverse[t - v[top].t];
+    while (slope >= v[top].slope)
+        top = v[top].before, slope = (w - v[top].w) * inverse[t - v[top].t];
+    v[n].w = w, v[n].slope = slope, v[n].t = t, v[n].before = top;
 }
 
-/* Height of a depth, orthographic. */
-static float gtaoi_line_height(const gtao_context *c, float depth) {
-    GTAOI_NO_CONTRACT
-    float w = depth * c->w_scale;
-    int visible = gtaoi_finite(depth);
-    if (c->d.depth_kind == GTAO_DEPTH_DEVICE)
-        w += c->w_bias, visible = c->w_far < w && w < FLT_MAX;
-    else if (c->d.depth_kind != GTAO_DEPTH_HEIGHT)
-        visible = depth > 0.0f && depth < c->z_sky;
-    return visible ? gtaoi_clamp(w, -GTAOI_ORTHO_LIMIT, GTAOI_ORTHO_LIMIT) : GTAOI_SKY;
-}
+static float gtaoi_line_height(const gtao_context *c, float depth); /* below, by a kernel */
 
-/* Further vertices, the bits of 16 samples from `at` on, at the end of a line's upper hull, whose slopes fall. The first
- * two stand so low that they are never taken nor seen. */
-static void gtaoi_push_vertices(gtaoi_lines *l, int line, int at, unsigned bits, int backward) {
+/* The vertices of a line, and which of them each tile's receivers see first, more than GTAO_SWEEP_NEAR away. Four tiles
+ * at a time: it is the ends of loops that cost. */
+static void gtaoi_push_vertices(gtaoi_lines *l, int line, int backward) {
     GTAOI_NO_CONTRACT
-    gtaoi_vertex *first = l->vertex + (ptrdiff_t)line * l->room, *top = first + l->depth[line];
-    const float *w = l->strip + (ptrdiff_t)line * l->length + at, *across = w + (l->across - l->strip);
-    while (bits) {
-        int k = backward ? gtaoi_highest(bits) : gtaoi_lowest(bits);
-        top = gtaoi_push_vertex(top, l->inverse, at + k, w[k], across[k]);
-        bits ^= 1u << k;
+    enum { GAP = GTAO_SWEEP_NEAR, REST = GTAOI_TILE - GAP, SPAN = 4 * GTAOI_TILE };
+    gtaoi_vertex *v = l->vertex + (ptrdiff_t)line * l->room;
+    const float *w = l->strip + (ptrdiff_t)line * l->length;
+    const uint16_t *above = l->above + line * (l->tiles + 4) + 2;
+    int n = l->seeds[line] + 1, i, j;
+    for (i = 0; i < l->tiles; i += 4) {
+        int at = backward ? (l->tiles - i) * GTAOI_TILE + GAP - (SPAN - GTAOI_TILE) : (i - 1) * GTAOI_TILE - GAP;
+        int seen = n - 1;
+        uint64_t bits = 0;
+        for (j = 0; j < gtaoi_imin(4, l->tiles - i); j++) { /* the 16 samples before what is near */
+            int tile = backward ? l->tiles - 1 - i - j : i + j;
+            unsigned some = backward ? (unsigned)above[tile + 1] >> GAP | (unsigned)above[tile + 2] << REST
+                                     : (unsigned)above[tile - 2] >> REST | (unsigned)above[tile - 1] << GAP;
+            some &= 0xffffu;
+            bits |= (uint64_t)some << (backward ? SPAN - GTAOI_TILE - GTAOI_TILE * j : GTAOI_TILE * j);
+            seen += gtaoi_popcount(some);
+            l->start[line * l->tiles + tile] = seen;
+        }
+        while (bits) {
+            int k = backward ? gtaoi_highest(bits) : gtaoi_lowest(bits);
+            gtaoi_push_vertex(v, n, n - 1, l->inverse, at + k, w[at + k]);
+            n++;
+            bits ^= (uint64_t)1 << k;
+        }
     }
-    l->depth[line] = (int)(top - first);
 }
 
 /* What the caller knows beyond the image, at whole columns: the first vertices. */
 static void gtaoi_seed_vertices(gtaoi_lines *l, int line, int backward) {
     GTAOI_NO_CONTRACT
     float distance[GTAO_BEYOND_CAPACITY], depth[GTAO_BEYOND_CAPACITY];
-    gtaoi_vertex *first = l->vertex + (ptrdiff_t)line * l->room, *top = first + l->depth[line];
+    gtaoi_vertex *v = l->vertex + (ptrdiff_t)line * l->room;
+    int top = l->seeds[line];
     int p = backward ? l->count - 1 : 0, step = backward ? -1 : 1, last, n, i;
     double unit = 1.0 / sqrt(1.0 + l->slope * l->slope), x, y, dx = (double)-step * unit, dy = dx * l->slope;
     while (p >= 0 && p < l->count && (l->minor[p] + line < 0 || l->minor[p] + line >= l->n_minor))
@@ -3046,14 +3050,15 @@ static void gtaoi_seed_vertices(gtaoi_lines *l, int line, int backward) {
             continue;
         t = gtaoi_imax((int)((double)distance[i] * unit + 0.5), 1);
         if (t >= last) { /* two at one column: the higher one */
-            if (t > last || w <= top->w)
+            if (t > last || w <= v[top].w)
                 continue;
             top--;
         }
         last = t;
-        top = gtaoi_push_vertex(top, l->inverse, p - step * t, w, 0.0f);
+        gtaoi_push_vertex(v, top + 1, top, l->inverse, p - step * t, w);
+        top++;
     }
-    l->depth[line] = (int)(top - first);
+    l->seeds[line] = top;
 }
 
 /* Empty hulls, and sky around the lines. */
@@ -3064,13 +3069,10 @@ static void gtaoi_sweep_start(gtaoi_lines *l, int backward) {
         float *strip = l->strip + i * l->length;
         gtaoi_fill_sky(strip - GTAOI_MARGIN, GTAOI_MARGIN);
         gtaoi_fill_sky(strip + l->tiles * GTAOI_TILE, GTAOI_MARGIN);
-        strip = l->across + i * l->length;
-        memset(strip - GTAOI_MARGIN, 0, GTAOI_MARGIN * sizeof(float));
-        memset(strip + l->tiles * GTAOI_TILE, 0, GTAOI_MARGIN * sizeof(float));
-        v->w = GTAOI_SKY, v->across = 0.0f, v->slope = FLT_MAX;
+        v->w = GTAOI_SKY, v->slope = FLT_MAX;
         v->t = backward ? l->tiles * GTAOI_TILE + GTAOI_MARGIN : -GTAOI_MARGIN;
-        v[1] = v[0];
-        l->depth[i] = 1;
+        v->before = 0;
+        l->seeds[i] = 0;
     }
 }
 
@@ -3789,6 +3791,11 @@ GTAO_API const float *gtao_frame_plane(const gtao_frame_context *context, gtao_p
     return (unsigned)plane <= GTAO_PLANE_LENGTH ? planes[plane] : 0;
 }
 
+/* Height of a depth beyond the image, orthographic. */
+static float gtaoi_line_height(const gtao_context *c, float depth) {
+    return gtaoi_height_scalar(c, depth, 0.0f, 0.0f);
+}
+
 /* ---- the sweep: stages ------------------------------------------------------------------------------------------ */
 
 /* The description that the near pixels are searched with. */
@@ -3807,7 +3814,7 @@ static gtao_result gtaoi_check_sweep(const gtao_desc *d, const gtao_output *o, c
     if (result != GTAO_OK)
         return result;
     if (d->estimator == GTAO_ESTIMATOR_MEMO || d->thin_blend > 0.0f || d->thickness > 0.0f || d->thickness_map ||
-        d->back || d->layer_count > 0 || (o && (o->sh || o->signal)))
+        d->back || d->layer_count > 0 || (o && o->signal))
         return GTAO_ERROR_SWEEP;
     if (d->error_target > 0.0f)
         return GTAO_ERROR_TARGET;
@@ -3848,7 +3855,7 @@ static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gta
     gtaoi_plan(&near_desc, &n);
     memset(l, 0, sizeof *l);
     l->batch = gtaoi_imin(s && s->batch ? s->batch : 4, near_desc.slices);
-    l->fields = o && (o->bent_normals || o->packed) ? 8 : 2;
+    l->fields = o && o->sh ? 15 : o && (o->bent_normals || o->packed) ? 8 : 2;
     l->lead = d->border == GTAO_BORDER_OPEN ? 0 : diagonal;
     if (l->lead && d->camera.projection == GTAO_ORTHOGRAPHIC) {
         float reach = d->radius / gtaoi_min(d->camera.sx, gtaoi_sy(&d->camera)) + 1.0f;
@@ -3881,7 +3888,7 @@ static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gta
     l->farthest = l->longest + (s && s->beyond ? s->beyond_reach : 0) + 2 * GTAOI_MARGIN;
     l->total = l->inverse + (2 * (uint64_t)l->farthest + 1) * 4 + 63;
     /* a group of lines: heights, gradients and hulls */
-    l->work = ((uint64_t)GTAOI_TILE * 32 + 24) * ((uint64_t)l->longest + GTAOI_TILE + 2 * GTAOI_MARGIN) +
+    l->work = ((uint64_t)GTAOI_TILE * 24 + 24) * ((uint64_t)l->longest + GTAOI_TILE + 2 * GTAOI_MARGIN) +
               (uint64_t)GTAOI_TILE * sizeof(gtaoi_vertex) * (uint64_t)l->seeds;
     if (l->work < (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4)
         l->work = (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4;
@@ -4098,17 +4105,15 @@ static void gtaoi_sweep_group(const gtao_sweep *s, int k, int group, int plane, 
     l.inverse = s->inverse;
     l.length = l.tiles * GTAOI_TILE + 2 * GTAOI_MARGIN;
     l.strip = (float *)work + GTAOI_MARGIN;
-    l.across = l.strip + GTAOI_TILE * l.length;
-    l.base = l.across + GTAOI_TILE * l.length;
-    l.vertex = (gtaoi_vertex *)(void *)((float *)work + 3 * GTAOI_TILE * l.length);
+    l.vertex = (gtaoi_vertex *)(void *)((float *)work + GTAOI_TILE * l.length);
     l.room = l.length + (s->o.beyond ? GTAO_BEYOND_CAPACITY : 0);
     l.options = &s->o;
     l.minor = (int *)(void *)(l.vertex + GTAOI_TILE * l.room);
     l.ahead = (float *)(void *)(l.minor + l.length);
     l.highest = l.ahead + GTAOI_TILE * l.length;
     l.highest_block = l.highest + l.length;
-    l.aside = l.highest_block + l.length;
-    l.above = (uint16_t *)(void *)(l.aside + l.length);
+    l.start = (int32_t *)(void *)(l.highest_block + l.length);
+    l.above = (uint16_t *)(void *)(l.start + l.length);
     memset(l.above, 0, GTAOI_TILE * (size_t)(l.tiles + 4) * sizeof(uint16_t));
     gtaoi_sweep_start(&l, 0);
     GTAOI_DISPATCH(c->d.isa, gtaoi_sweep_lines, (&l));
@@ -4988,11 +4993,12 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const GTAOI_PIXEL *
 /* The same for every pixel of the slices, two taps across each. `near_taps` are those of the first n_near samples. */
 GTAOI_FI void GTAOI_NAME(gtaoi_march_every)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                             GTAOI_HORIZONS *horizons, const float *at, const gtaoi_sample *q, int n0,
-                                            int n1, const gtaoi_taps *near_taps, int n_near) {
+                                            int n1, const gtaoi_taps *near_taps, int n_near, int orthographic,
+                                            int bounded) {
     GTAOI_NO_CONTRACT
     GTAOI_HORIZONS s = *horizons;
     GTAOI_SAMPLE a, b;
-    int j, both = gtaoi_imin(n0, n1), rest = gtaoi_imax(n0, n1), side = n1 > n0, orthographic = c->orthographic;
+    int j, both = gtaoi_imin(n0, n1), rest = gtaoi_imax(n0, n1), side = n1 > n0;
     GV tangent = GV_ADD(GV_MUL(p->gx, f->dx), GV_MUL(p->gy, f->dy)), w, rise, least;
     GV across = GV_SELECT(GV_LE(GV_ABS(f->dy), GV_ABS(f->dx)), p->gy, p->gx);
     for (j = 0; j < both; j++, q++) {
@@ -5000,9 +5006,9 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march_every)(const gtao_context *c, const GTAOI_P
         const gtaoi_taps *t = j < n_near ? near_taps + j : 0;
         GM fade_a, fade_b;
         rise = GTAOI_NAME(gtaoi_take)(c, p, 0, at, q, t, inv, base, tangent, across, &w, &least, orthographic, 1);
-        fade_a = GTAOI_NAME(gtaoi_rise)(c, f, &s, 0, w, inv, rise, least, &a, orthographic, c->bounded, 1, 1);
+        fade_a = GTAOI_NAME(gtaoi_rise)(c, f, &s, 0, w, inv, rise, least, &a, orthographic, bounded, 1, 1);
         rise = GTAOI_NAME(gtaoi_take)(c, p, 1, at, q, t, inv, base, tangent, across, &w, &least, orthographic, 1);
-        fade_b = GTAOI_NAME(gtaoi_rise)(c, f, &s, 1, w, inv, rise, least, &b, orthographic, c->bounded, 1, 1);
+        fade_b = GTAOI_NAME(gtaoi_rise)(c, f, &s, 1, w, inv, rise, least, &b, orthographic, bounded, 1, 1);
         if (GM_ANY(GM_OR(fade_a, fade_b))) {
             GTAOI_NAME(gtaoi_fade)(c, f, &s, 0, &a, fade_a);
             GTAOI_NAME(gtaoi_fade)(c, f, &s, 1, &b, fade_b);
@@ -5013,7 +5019,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march_every)(const gtao_context *c, const GTAOI_P
         const gtaoi_taps *t = j < n_near ? near_taps + j : 0;
         GM fading;
         rise = GTAOI_NAME(gtaoi_take)(c, p, side, at, q, t, inv, base, tangent, across, &w, &least, orthographic, 1);
-        fading = GTAOI_NAME(gtaoi_rise)(c, f, &s, side, w, inv, rise, least, &a, orthographic, c->bounded, 1, 1);
+        fading = GTAOI_NAME(gtaoi_rise)(c, f, &s, side, w, inv, rise, least, &a, orthographic, bounded, 1, 1);
         if (GM_ANY(fading))
             GTAOI_NAME(gtaoi_fade)(c, f, &s, side, &a, fading);
     }
@@ -5094,10 +5100,12 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const GTAOI_PIXEL 
                                        int n1, const gtaoi_taps *near_taps) {
     if (c->cosines)
         GTAOI_NAME(gtaoi_march_cosines)(c, p, f, s, at, q, n0, n1);
-    else if (c->every_pixel)
-        GTAOI_NAME(gtaoi_march_every)(c, p, f, s, at, q, n0, n1, near_taps + begin, GTAOI_NEAR - begin);
-    else
-        GTAOI_NAME(gtaoi_march)(c, p, f, s, at, q, begin, n0, n1, c->orthographic, c->bounded, 1);
+    else if (c->every_pixel && c->orthographic && !c->bounded) /* of a sweep */
+        GTAOI_NAME(gtaoi_march_every)
+    (c, p, f, s, at, q, n0, n1, near_taps + begin, GTAOI_NEAR - begin, 1, 0);
+    else if (c->every_pixel) GTAOI_NAME(gtaoi_march_every)(c, p, f, s, at, q, n0, n1, near_taps + begin,
+                                                           GTAOI_NEAR - begin, c->orthographic, c->bounded);
+    else GTAOI_NAME(gtaoi_march)(c, p, f, s, at, q, begin, n0, n1, c->orthographic, c->bounded, 1);
 }
 
 /* One list of samples: the part of it, from `begin`, that is over the image. */
@@ -5128,14 +5136,6 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_list)(const gtao_context *c, const GTAOI_P
     }
 }
 
-/* Lane of the first set bit. */
-GTAOI_FI int GTAOI_NAME(gtaoi_first)(unsigned bits) {
-    int lane = 0;
-    while (!(bits >> lane & 1))
-        lane++;
-    return lane;
-}
-
 /* Search one slice of a group whose lanes share directions: lanes by radius class. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                              GTAOI_HORIZONS *s, const float *at, int index, GM active, int x, int y,
@@ -5146,7 +5146,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const GTAOI_
     GV_STORE(keys, p->key);
     for (; GM_ANY(active); whole = 0) {
         unsigned bits = GM_BITS(active);
-        int first = GTAOI_NAME(gtaoi_first)(bits), k = gtaoi_class(c, keys[first]);
+        int first = gtaoi_lowest(bits), k = gtaoi_class(c, keys[first]);
         GTAOI_HORIZONS found;
         GM lanes = GM_AND(active, GV_EQ(p->key, GV_SET(keys[first]))), chosen = lanes;
         const gtaoi_sample *q;
@@ -5154,7 +5154,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const GTAOI_
         if (c->every_pixel) {
             /* One list for all, so all go on together up to the nearest end. */
             q = c->sample + (size_t)index * (size_t)c->max_steps;
-            for (i = first + 1; i < GTAOI_W; i++) {
+            for (i = GM_BITS(lanes) == bits ? GTAOI_W : first + 1; i < GTAOI_W; i++) {
                 if (!(bits >> i & 1) || count[gtaoi_class(c, keys[i])] >= n)
                     continue;
                 n = count[gtaoi_class(c, keys[i])];
@@ -5665,7 +5665,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_table)(const gtao_context *c, const GTAOI_PI
         active = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
     }
     while (GM_ANY(active)) {
-        int first = GTAOI_NAME(gtaoi_first)(GM_BITS(active)), k = gtaoi_class(c, keys[first]);
+        int first = gtaoi_lowest(GM_BITS(active)), k = gtaoi_class(c, keys[first]);
         GM lanes = GM_AND(active, GV_EQ(p->key, GV_SET(keys[first])));
         n = count[k];
         q = c->sample + ((size_t)index * (size_t)c->classes + (size_t)k) * (size_t)c->max_steps;
@@ -6034,7 +6034,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_store_sh)(const gtao_context *c, const GTAOI_PIXE
                                          int count) {
     float image[4 * GTAOI_W];
     GV sh[4][9], plane[4];
-    int i, g;
+    int i, g, from = gtaoi_imax(c->x_begin - x, 0), to = gtaoi_imin(count, c->x_end - x);
     for (g = 0; g < groups; g++)
         GTAOI_NAME(gtaoi_finish_sh)(c, p + g, sum + g, m + g, active[g], sh[g]);
     for (i = 0; i < gtaoi_sh_count(&c->o); i++) {
@@ -6046,7 +6046,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_store_sh)(const gtao_context *c, const GTAOI_PIXE
         }
         if (c->period == 4)
             GTAOI_NAME(gtaoi_store4)(image, 4, plane);
-        memcpy(row + (ptrdiff_t)x * 4, image, (size_t)count * 4);
+        if (from < to)
+            memcpy(row + (ptrdiff_t)(x + from) * 4, image + from, (size_t)(to - from) * 4);
     }
 }
 
@@ -6361,11 +6362,19 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slice)(const gtao_context *c, const GTAOI_PIXEL *
         f->dx = GV_SET(slice->dx), f->dy = GV_SET(slice->dy);
         f->bx = GV_SET(slice->bx), f->by = GV_SET(slice->by), f->bb = GV_SET(slice->bb);
     }
-    f->along = GV_MUL(GV_ADD(GV_MUL(f->bx, p->rx), GV_MUL(f->by, p->ry)), p->inv_len);
-    perp2 = GV_MAX(GV_SUB(f->bb, GV_MUL(f->along, f->along)), GV_MUL(f->bb, GV_SET(1e-6f)));
-    perp = GV_SQRT(perp2);
-    f->inv_perp = GV_DIV(one, perp);
-    f->no = GV_MUL(GV_ADD(GV_ADD(GV_MUL(p->nx, f->bx), GV_MUL(p->ny, f->by)), GV_MUL(f->along, p->nv)), f->inv_perp);
+    if (c->orthographic && !c->per_pixel_noise) { /* b_perp = b; the same bits */
+        float length = sqrtf(slice->bb);
+        f->along = zero;
+        perp = GV_SET(length), f->inv_perp = GV_SET(1.0f / length);
+        f->no = GV_MUL(GV_ADD(GV_MUL(p->nx, f->bx), GV_MUL(p->ny, f->by)), f->inv_perp);
+    } else {
+        f->along = GV_MUL(GV_ADD(GV_MUL(f->bx, p->rx), GV_MUL(f->by, p->ry)), p->inv_len);
+        perp2 = GV_MAX(GV_SUB(f->bb, GV_MUL(f->along, f->along)), GV_MUL(f->bb, GV_SET(1e-6f)));
+        perp = GV_SQRT(perp2);
+        f->inv_perp = GV_DIV(one, perp);
+        f->no =
+            GV_MUL(GV_ADD(GV_ADD(GV_MUL(p->nx, f->bx), GV_MUL(p->ny, f->by)), GV_MUL(f->along, p->nv)), f->inv_perp);
+    }
     tangent = GV_MUL(f->no, p->inv_nv);
     f->kappa_tangent = GV_SUB(zero, tangent);
     f->kappa_scale = GV_MUL(GV_MUL(p->len, p->inv_w0), f->inv_perp);
@@ -6441,14 +6450,15 @@ GTAOI_FI void GTAOI_NAME(gtaoi_turn16)(const float *in, float *out, ptrdiff_t pi
         }
 }
 
-/* Heights of 16 lines at 16 positions, their gradients across the lines, and the receivers. A height on a line is linear
+/* Heights of 16 lines at 16 positions. A height on a line is linear
  * between two pixels of one surface (the step is small, or goes on from either side); else the nearer one's surface goes
  * on. */
 GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
     GTAOI_NO_CONTRACT
-    enum { HEIGHTS, ACROSS, BASES, AHEAD };
-    float block[4][GTAOI_TILE * GTAOI_TILE];
+    enum { HEIGHTS, AHEAD };
+    float block[2][GTAOI_TILE * GTAOI_TILE];
     const gtao_context *c = l->c;
+    const int soon = 32, soon_minor = (int)(l->slope * 32.0);
     int u, k, wrap = c->d.border == GTAO_BORDER_WRAP;
     for (u = 0; u < GTAOI_TILE; u++) {
         int position = tile * GTAOI_TILE + u, i = l->first + position, whole, up, at;
@@ -6457,16 +6467,14 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
         const float *p;
         if (position >= l->count) {
             gtaoi_fill_sky(block[HEIGHTS] + u * GTAOI_TILE, GTAOI_TILE);
-            gtaoi_fill_sky(block[BASES] + u * GTAOI_TILE, GTAOI_TILE);
-            memset(block[ACROSS] + u * GTAOI_TILE, 0, GTAOI_TILE * sizeof(float));
             memset(block[AHEAD] + u * GTAOI_TILE, 0, GTAOI_TILE * sizeof(float));
-            l->aside[position] = 0.0f, l->minor[position] = 0;
+            l->minor[position] = 0;
             continue;
         }
         whole = (int)place - ((double)(int)place > place);
         fraction = place - (double)whole;
         up = fraction >= 0.5;
-        l->aside[position] = aside = (float)(fraction - (double)up);
+        aside = (float)(fraction - (double)up);
         at = l->line + whole;
         if (wrap)
             at = gtaoi_wrap(at, l->n_minor), i = gtaoi_wrap(i, l->n_major);
@@ -6474,6 +6482,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
         if (!wrap)
             at = gtaoi_imin(gtaoi_imax(at, -18), l->n_minor + 1), i = gtaoi_imin(gtaoi_imax(i, 0), l->n_major - 1);
         p = l->plane + (ptrdiff_t)i * l->pitch + at;
+        if (i + soon < l->n_major && at >= 0) /* each position is another page */
+            GTAOI_PREFETCH(p + soon * l->pitch + soon_minor, 24);
         for (k = 0; k < GTAOI_TILE; k += GTAOI_W) {
             GV a = GV_LOAD(p + k), b = GV_LOAD(p + k + 1), before = GV_LOAD(p + k - 1), after = GV_LOAD(p + k + 2);
             GV step = GV_SUB(b, a), limit = GV_SET(c->same_surface), nearest = up ? b : a, own, further;
@@ -6490,8 +6500,6 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
             from_b = GV_LE(GV_ABS(GV_SUB(own, further)), limit);
             own = GV_SELECT(small, step, GV_IF(GM_OR(from_a, from_b), own));
             GV_STORE(block[HEIGHTS] + u * GTAOI_TILE + k, GV_ADD(nearest, GV_MUL(own, GV_SET(aside))));
-            GV_STORE(block[ACROSS] + u * GTAOI_TILE + k, own);
-            GV_STORE(block[BASES] + u * GTAOI_TILE + k, nearest);
         }
         for (k = 0; c->bounded && k < GTAOI_TILE; k++) { /* gradients are not padded */
             int y = at + up + k;
@@ -6507,8 +6515,6 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
         }
     }
     GTAOI_NAME(gtaoi_turn16)(block[HEIGHTS], l->strip + tile * GTAOI_TILE, l->length);
-    GTAOI_NAME(gtaoi_turn16)(block[ACROSS], l->across + tile * GTAOI_TILE, l->length);
-    GTAOI_NAME(gtaoi_turn16)(block[BASES], l->base + tile * GTAOI_TILE, l->length);
     if (c->bounded)
         GTAOI_NAME(gtaoi_turn16)(block[AHEAD], l->ahead + tile * GTAOI_TILE, l->length);
 }
@@ -6521,7 +6527,7 @@ GTAOI_FN unsigned GTAOI_NAME(gtaoi_sweep_above)(const float *strip) {
     int i, k;
     for (i = 0; i < GTAOI_TILE; i += GTAOI_W, strip += GTAOI_W) {
         GV w = GV_LOAD(strip), left = GV_SUB(w, GV_LOAD(strip - 1)), right = GV_SUB(GV_LOAD(strip + 1), w);
-        for (k = 2; k <= GTAOI_LAG; k++) {
+        for (k = 2; k <= GTAOI_LAG; k += k < 4 ? 1 : k < 8 ? 2 : 4) {
             GV inv = GV_SET(1.0f / (float)k);
             left = GV_MIN(left, GV_MUL(GV_SUB(w, GV_LOAD(strip - k)), inv));
             right = GV_MAX(right, GV_MUL(GV_SUB(GV_LOAD(strip + k), w), inv));
@@ -6532,44 +6538,46 @@ GTAOI_FN unsigned GTAOI_NAME(gtaoi_sweep_above)(const float *strip) {
 }
 
 /* Largest slopes from the 16 receivers of one line and tile to what lies more than GTAO_SWEEP_NEAR before (after) them:
- * the samples that are not in the hull yet, then the hull's vertices from the nearest on, for as long as they rise for
- * any of the 16. Heights are moved from the line to the parallel through the receiver by their gradient across. */
+ * one by one the samples that may see more than the hull's vertices, since these were compared with samples so near, or
+ * are not in the hull yet; then the vertices, nearest first. From each receiver their slopes rise up to its horizon and
+ * fall beyond, so four that do not rise for any of the 16 end the search; what is looked at for another's sake could only
+ * exceed the horizon by its rounding, and the 16 are the same for every kernel. Receivers stand on the line, too, as if
+ * their pixel's surface had been moved there: what lies beside the line is taken to be so inclined. */
 GTAOI_FN void GTAOI_NAME(gtaoi_sweep_query)(const gtaoi_lines *l, int line, int tile, int backward, float *out) {
     GTAOI_NO_CONTRACT
-    enum { N = GTAOI_TILE / GTAOI_W, FIRST = GTAO_SWEEP_NEAR + 1, LAST = GTAO_SWEEP_NEAR + GTAOI_LAG + GTAOI_TILE - 1 };
+    enum { N = GTAOI_TILE / GTAOI_W, FIRST = GTAO_SWEEP_NEAR + 1, LAST = GTAO_SWEEP_NEAR + GTAOI_LAG };
     ptrdiff_t at = (ptrdiff_t)line * l->length + tile * GTAOI_TILE, step = backward ? 1 : -1;
     const float *sample = l->strip + at + FIRST * step;
-    const gtaoi_vertex *vertex = l->vertex + (ptrdiff_t)line * l->room + l->depth[line];
-    const float *across = sample + (l->across - l->strip);
-    GV b[N], aside[N], best[N], hull[N];
-    int k, n, rising;
+    const gtaoi_vertex *v = l->vertex + (ptrdiff_t)line * l->room;
+    int at_vertex = l->start[line * l->tiles + tile], k, n, rising, i;
+    GV b[N], best[N], hull[N];
     for (n = 0; n < N; n++) {
-        b[n] = GV_LOAD(l->base + at + n * GTAOI_W);
-        aside[n] = GV_LOAD(l->aside + tile * GTAOI_TILE + n * GTAOI_W);
+        b[n] = GV_LOAD(l->strip + at + n * GTAOI_W);
         best[n] = hull[n] = GV_SET(GTAOI_SKY);
     }
-    for (k = FIRST; k <= LAST; k++, sample += step, across += step) {
-        GV inv = GV_SET(l->inverse[k]);
+    for (k = FIRST; k <= LAST; k += 2, sample += 2 * step) {
+        GV inv = GV_SET(l->inverse[k]), further_inv = GV_SET(l->inverse[k + 1]);
         for (n = 0; n < N; n++) {
-            GV base = GV_ADD(b[n], GV_MUL(aside[n], GV_LOAD(across + n * GTAOI_W)));
-            best[n] = GV_MAX(best[n], GV_MUL(GV_SUB(GV_LOAD(sample + n * GTAOI_W), base), inv));
+            const float *p = sample + n * GTAOI_W;
+            best[n] = GV_MAX(best[n], GV_MUL(GV_SUB(GV_LOAD(p), b[n]), inv));
+            hull[n] = GV_MAX(hull[n], GV_MUL(GV_SUB(GV_LOAD(p + step), b[n]), further_inv));
         }
     }
-    do {
-        GV w = GV_SET(vertex[0].w), w_across = GV_SET(vertex[0].across);
-        GV further = GV_SET(vertex[-1].w), further_across = GV_SET(vertex[-1].across);
-        const float *inv = l->inverse + (tile * GTAOI_TILE - vertex[0].t);
-        const float *further_inv = l->inverse + (tile * GTAOI_TILE - vertex[-1].t);
-        for (rising = 0, n = 0; n < N; n++) {
-            GV base = GV_ADD(b[n], GV_MUL(aside[n], w_across)), slope;
-            hull[n] = GV_MAX(hull[n], GV_MUL(GV_SUB(w, base), GV_LOAD(inv + n * GTAOI_W)));
-            base = GV_ADD(b[n], GV_MUL(aside[n], further_across));
-            slope = GV_MUL(GV_SUB(further, base), GV_LOAD(further_inv + n * GTAOI_W));
-            rising |= GM_ANY(GV_LT(hull[n], slope));
-            hull[n] = GV_MAX(hull[n], slope);
+    for (n = 0; n < N; n++)
+        best[n] = GV_MAX(best[n], hull[n]), hull[n] = GV_SET(GTAOI_SKY);
+    do
+        for (i = 0; i < 4; i++) {
+            GV w = GV_SET(v[at_vertex].w);
+            const float *inv = l->inverse + (tile * GTAOI_TILE - v[at_vertex].t);
+            at_vertex = v[at_vertex].before;
+            for (rising = 0, n = 0; n < N; n++) {
+                GV slope = GV_MUL(GV_SUB(w, b[n]), GV_LOAD(inv + n * GTAOI_W));
+                if (i == 3)
+                    rising |= GM_ANY(GV_LT(hull[n], slope));
+                hull[n] = GV_MAX(hull[n], slope);
+            }
         }
-        vertex -= 2;
-    } while (rising);
+    while (rising);
     for (n = 0; n < N; n++)
         GV_STORE(out + n * GTAOI_W, GV_MAX(best[n], hull[n]));
 }
@@ -6596,7 +6604,9 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_highest)(const gtaoi_lines *l) {
 }
 
 /* Whether samples at the distances k0 .. k1 may raise the horizon of any receiver of a tile: the highest of the tiles
- * from `t` to `t_end` that they lie in, `high` of `count` tiles or blocks of tiles each, at either distance. */
+ * from `t` to `t_end` that they lie in, `high` of `count` tiles or blocks of tiles each, at either distance. The same
+ * operations in the same order as for a sample, and each is monotonic, rounding included: what is passed over changes no
+ * bit. */
 GTAOI_FI int GTAOI_NAME(gtaoi_sweep_matters)(const gtaoi_lines *l, const float *high, int count, int t, int t_end,
                                              int k0, int k1, GV unit, const GV *b, const GV *tangent,
                                              const GTAOI_HORIZONS *s) {
@@ -6605,8 +6615,8 @@ GTAOI_FI int GTAOI_NAME(gtaoi_sweep_matters)(const gtaoi_lines *l, const float *
         gtaoi_max(t >= 0 && t < count ? high[t] : GTAOI_SKY, t_end >= 0 && t_end < count ? high[t_end] : GTAOI_SKY);
     int n, any = 0;
     for (n = 0; n < GTAOI_TILE / GTAOI_W; n++) {
-        GV up = GV_MUL(GV_SUB(GV_SET(top), b[n]), unit);
-        up = GV_MAX(GV_MUL(up, GV_SET(l->inverse[k0])), GV_MUL(up, GV_SET(l->inverse[k1])));
+        GV up = GV_SUB(GV_SET(top), b[n]);
+        up = GV_MAX(GV_MUL(up, GV_MUL(GV_SET(l->inverse[k0]), unit)), GV_MUL(up, GV_MUL(GV_SET(l->inverse[k1]), unit)));
         any |= GM_ANY(GV_LT(s[n].rise[0], GV_SUB(up, tangent[n])));
     }
     return any;
@@ -6622,17 +6632,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_within)(const gtaoi_lines *l, int line, int
     int step = backward ? 1 : -1, at = tile * GTAOI_TILE, k, n, t, ring = c->inv_falloff > 0.0f;
     int blocks = l->tiles / GTAOI_BLOCK + 1, end = (backward ? l->tiles - tile : tile + 1) * GTAOI_TILE;
     const float *sample_at = l->strip + (ptrdiff_t)line * l->length + at;
-    const float *across_at = l->across + (ptrdiff_t)line * l->length + at;
     float sign = backward ? 1.0f : -1.0f, reach[GTAOI_TILE], high = GTAOI_SKY, range = 0.0f;
     GV unit = GV_ABS(GV_SET(l->x_major ? l->slice->dx : l->slice->dy));
-    GV b[N], aside[N], tangent[N];
+    GV b[N], tangent[N];
     GTAOI_FRAME f[N];
     GTAOI_HORIZONS s[N];
     for (n = 0; n < N; n++) {
         GV w0 = one, len = one, along = zero, perp = GV_SET(l->slice->bb), rx = zero, ry = zero;
         ptrdiff_t here = (ptrdiff_t)line * l->length + at + n * GTAOI_W;
-        b[n] = GV_LOAD(l->base + here);
-        aside[n] = GV_LOAD(l->aside + at + n * GTAOI_W);
+        b[n] = GV_LOAD(l->strip + here);
         tangent[n] = GV_MUL(GV_MUL(GV_LOAD(l->ahead + here), GV_SET(sign)), unit);
         if (!c->orthographic) {
             GV major = GV_ADD(GV_SET((float)(l->first + at + n * GTAOI_W)), GTAOI_NAME(gtaoi_iota)()), minor;
@@ -6691,7 +6699,6 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_within)(const gtaoi_lines *l, int line, int
             GTAOI_SAMPLE sample;
             GM fading;
             GV w = GV_LOAD(sample_at + step * k + n * GTAOI_W), rise;
-            w = GV_SUB(w, GV_MUL(aside[n], GV_LOAD(across_at + step * k + n * GTAOI_W)));
             rise = GV_SUB(GV_MUL(GV_SUB(w, b[n]), inv), tangent[n]);
             fading = GTAOI_NAME(gtaoi_rise)(c, &f[n], &s[n], 0, w, inv, rise, rise, &sample, c->orthographic, 1, 1, 0);
             if (ring && GM_ANY(fading))
@@ -6718,23 +6725,16 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_lines)(gtaoi_lines *l) {
     if (l->c->bounded)
         GTAOI_NAME(gtaoi_sweep_highest)(l);
     for (side = 0; side < 2; side++) {
-        enum { GAP = GTAO_SWEEP_NEAR + GTAOI_LAG };
         int backward = l->backward[side];
         gtaoi_sweep_start(l, backward);
         for (line = 0; l->options->beyond && line < GTAOI_TILE; line++)
             gtaoi_seed_vertices(l, line, backward);
+        for (line = 0; line < GTAOI_TILE && !l->c->bounded; line++)
+            gtaoi_push_vertices(l, line, backward);
         for (i = 0; i < tiles; i++) {
             float found[GTAOI_TILE * GTAOI_TILE], turned[GTAOI_TILE * GTAOI_TILE];
             int at;
             tile = backward ? tiles - 1 - i : i, at = tile * GTAOI_TILE;
-            for (line = 0; line < GTAOI_TILE && !l->c->bounded;
-                 line++) { /* 16 samples, GAP from the receivers, of two tiles */
-                const uint16_t *above = l->above + line * (tiles + 4) + tile + 2;
-                unsigned bits = backward ? (unsigned)above[1] >> GAP | (unsigned)above[2] << (GTAOI_TILE - GAP)
-                                         : (unsigned)above[-2] >> (GTAOI_TILE - GAP) | (unsigned)above[-1] << GAP;
-                gtaoi_push_vertices(l, line, backward ? at + GTAOI_TILE + GAP : at - GTAOI_TILE - GAP, bits & 0xffffu,
-                                    backward);
-            }
             if (at + GTAOI_TILE <= l->begin || at >= l->end)
                 continue;
             for (line = 0; line < GTAOI_TILE; line++) {
@@ -6760,21 +6760,25 @@ GTAOI_FN void GTAOI_NAME(gtaoi_keep_tilts)(const gtaoi_pass *pass, const GTAOI_P
     }
 }
 
-/* Sums of a block between the batches of a sweep: read, or kept. Here the sums of further outputs would join. */
-GTAOI_FN void GTAOI_NAME(gtaoi_sums)(const gtao_context *c, GTAOI_SUM *sum, int groups, int x, int y, int keep) {
+/* Sums of a block between the batches of a sweep: read, or kept. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sums)(const gtao_context *c, GTAOI_SUM *sum, GTAOI_MOMENTS *moments, int groups, int x,
+                                     int y, int keep) {
     float *at = c->pass->sums + (size_t)y * c->pass->sums_row + (size_t)x * (size_t)c->pass->fields;
     int g, i, n = c->pass->fields;
     for (g = 0; g < groups; g++) {
-        GV *field[7];
+        GTAOI_MOMENTS *m = moments + g;
+        GV *field[14];
         field[0] = &sum[g].visible, field[1] = &sum[g].open, field[2] = &sum[g].jacobian_open;
         field[3] = &sum[g].bx, field[4] = &sum[g].by, field[5] = &sum[g].bz, field[6] = &sum[g].bv;
-        for (i = 0; i < gtaoi_imin(n, 7); i++, at += GTAOI_W) {
+        field[7] = &m->lost, field[8] = &m->vv, field[9] = &m->xv, field[10] = &m->yv;
+        field[11] = &m->xx, field[12] = &m->xy, field[13] = &m->yy;
+        for (i = 0; i < (n > 2 ? n - 1 : 2); i++, at += GTAOI_W) {
             if (keep)
                 GV_STORE(at, *field[i]);
             else
                 *field[i] = GV_LOAD(at);
         }
-        if (n > 7) {
+        if (n > 2) {
             if (keep)
                 GV_STORE(at, GV_IF(sum[g].occluded, GV_SET(1.0f)));
             else
@@ -7259,7 +7263,7 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *bl
         return 0;
     }
     if (c->slice_begin > 0)
-        GTAOI_NAME(gtaoi_sums)(c, sum, groups, x0, y, 0);
+        GTAOI_NAME(gtaoi_sums)(c, sum, moments, groups, x0, y, 0);
     any |= c->pass && c->pass->options->horizons;
     for (k = c->slice_begin; any && k < c->slice_end; k++) {
         GTAOI_FRAME frame[4];
@@ -7297,7 +7301,7 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *bl
         (c, &pixel[g], &frame[g], &arcs[g], &sum[g], c->o.sh ? &moments[g] : 0);
     }
     if (c->slice_end < c->slices) { /* more to come */
-        GTAOI_NAME(gtaoi_sums)(c, sum, groups, x0, y, 1);
+        GTAOI_NAME(gtaoi_sums)(c, sum, moments, groups, x0, y, 1);
         return 0;
     }
     if (c->o.sh)
@@ -7911,7 +7915,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_fetch_history)(const gtao_frame_context *f, int x
     GV_STORE(steps, step_x), GV_STORE(rows, by);
     h->blur = GV_ADD(GV_MUL(fx, GV_SUB(one, fx)), GV_MUL(fy, GV_SUB(one, fy)));
     while (GM_ANY(valid)) {
-        int first = GTAOI_NAME(gtaoi_first)(GM_BITS(valid)), column = x0 + (int)steps[first], row = (int)rows[first];
+        int first = gtaoi_lowest(GM_BITS(valid)), column = x0 + (int)steps[first], row = (int)rows[first];
         GM lanes = GM_AND(valid, GM_AND(GV_EQ(step_x, GV_SET(steps[first])), GV_EQ(by, GV_SET(rows[first]))));
         for (j = 0; j < 2; j++) {
             const float *heights = gtaoi_plane_row(f, f->height_before, row + j) + column;

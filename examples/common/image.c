@@ -1,6 +1,8 @@
 /* image.c - see image.h */
 #include "image.h"
 
+#include "exr_chunk.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
@@ -12,8 +14,6 @@
 #include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-#include <OpenEXR/openexr.h> /* so, not through -I: the headers are C11 and stay "system" to the compiler */
 
 #define STB_IMAGE_WRITE_STATIC
 #define STB_IMAGE_WRITE_IMPLEMENTATION
@@ -1002,6 +1002,7 @@ static int write_exr(const char *temporary, const char *path, const image *img, 
     exr_context_t context = NULL;
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
     exr_encode_pipeline_t pipeline = EXR_ENCODE_PIPELINE_INITIALIZER;
+    exr_chunk own;
     exr_attr_box2i_t display, data;
     exr_attr_v2f_t center;
     exr_chunk_info_t chunk;
@@ -1050,7 +1051,7 @@ static int write_exr(const char *temporary, const char *path, const image *img, 
                 (const uint8_t *)(img->data + (size_t)y * (size_t)img->width * (size_t)img->channels + c);
         }
         if (!begun)
-            result = exr_encoding_choose_default_routines(context, part, &pipeline);
+            result = exr_chunk_routines(context, part, &pipeline, &own);
         begun = 1;
         if (result == EXR_ERR_SUCCESS)
             result = exr_encoding_run(context, part, &pipeline);
