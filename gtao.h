@@ -420,6 +420,7 @@ GTAO_API void gtao_prepare_rows(const gtao_context *context, int row_begin, int 
 /* ... horizons, integration and output, rows [row_begin, row_end), again in any order on any threads. */
 GTAO_API void gtao_visibility_rows(const gtao_context *context, int row_begin, int row_end, gtao_stats *stats);
 
+GTAO_API int gtao_desc_slices(const gtao_desc *desc); /* directions per pixel that a description stands for */
 /* What was resolved: the preset's slices and steps, the kernel in use. */
 GTAO_API int gtao_context_slices(const gtao_context *context);
 GTAO_API int gtao_context_steps(const gtao_context *context); /* 0: every pixel */
@@ -434,13 +435,13 @@ GTAO_API int gtao_isa_available(gtao_isa isa);    /* compiled in and supported h
 #define GTAO_CONSTANTS(I, F, V)                                                                                        \
     I(width)                                                                                                           \
     I(height)                                                                                                          \
-    I(depth_kind) I(border) I(estimator) I(weighting) I(noise) I(frame) I(orthographic) I(bounded) I(every_pixel)      \
-        I(arcs) I(clip) I(cosines) I(layers) I(slices) I(steps) I(period) I(classes) I(class_base) F(radius)           \
-            F(falloff) F(thin_blend) F(step_power) F(extent_min) F(extent_max) F(max_radius) F(bx1) F(by1) F(cx) F(cy) \
-                F(unit) F(reach) F(inner2) F(inv_falloff) F(w_scale) F(w_bias) F(w_numerator) F(w_far) F(w_max)        \
-                    F(z_sky) V(to_view, 9) F(same_surface) F(connect) F(thickness) F(weight_scale) F(sky) F(sky_limit) \
-                        F(ray_limit) F(w_min) F(ortho_limit) F(kappa_limit) F(rise_min) F(facing_min) F(arc_limit)     \
-                            I(sectors)
+    I(depth_kind)                                                                                                      \
+    I(border) I(estimator) I(weighting) I(noise) I(frame) I(orthographic) I(bounded) I(every_pixel) I(arcs) I(clip)    \
+        I(cosines) I(layers) I(slices) I(steps) I(period) I(classes) I(class_base) F(radius) F(falloff) F(thin_blend)  \
+            F(step_power) F(extent_min) F(extent_max) F(max_radius) F(bx1) F(by1) F(cx) F(cy) F(unit) F(reach)         \
+                F(inner2) F(inv_falloff) F(w_scale) F(w_bias) F(w_numerator) F(w_far) F(w_max) F(z_sky) V(to_view, 9)  \
+                    F(same_surface) F(connect) F(thickness) F(weight_scale) F(sky) F(sky_limit) F(ray_limit) F(w_min)  \
+                        F(ortho_limit) F(kappa_limit) F(rise_min) F(facing_min) F(arc_limit) I(sectors)
 
 typedef struct gtao_constants {
 #define GTAOI_I(name) int name;
@@ -560,10 +561,10 @@ GTAO_API const gtao_context *gtao_frame_image(const gtao_frame_context *context)
 #define GTAO_FRAME_CONSTANTS(I, F, V)                                                                                  \
     I(scale)                                                                                                           \
     I(reduction)                                                                                                       \
-    I(spatial_passes) I(temporal) I(fresh) I(moved) I(history) I(max_history) I(motion_components) V(window0, 5)       \
-        V(window1, 5) F(tolerance_scale) F(tolerance_bias) F(clamp_window) F(clamp_noise) F(blur_cost)                 \
-            F(disocclusion_scale) F(disocclusion_bias) V(before, 12) F(before_fx) F(before_fy) F(before_cx)            \
-                F(before_cy)
+    I(spatial_passes)                                                                                                  \
+    I(temporal) I(fresh) I(moved) I(history) I(max_history) I(motion_components) V(window0, 5) V(window1, 5)           \
+        F(tolerance_scale) F(tolerance_bias) F(clamp_window) F(clamp_noise) F(blur_cost) F(disocclusion_scale)         \
+            F(disocclusion_bias) V(before, 12) F(before_fx) F(before_fy) F(before_cx) F(before_cy)
 
 typedef struct gtao_frame_constants {
     GTAO_FRAME_CONSTANTS(GTAOI_I, GTAOI_F, GTAOI_V)
@@ -2035,6 +2036,11 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
     return GTAO_OK;
 }
 
+GTAO_API int gtao_desc_slices(const gtao_desc *desc) {
+    if (gtaoi_check_desc(desc) != GTAO_OK)
+        return 0;
+    return desc->slices ? desc->slices : gtaoi_presets[desc->preset].slices;
+}
 GTAO_API int gtao_context_slices(const gtao_context *context) {
     return context->slices;
 }
@@ -6151,7 +6157,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_store_horizons)(const gtao_context *c, const GTAO
     gtaoi_store_lanes(c, c->o.horizons, 2 * k + side, angle, GTAOI_W, x, y);
 }
 
-/* Intermediates of a slice, and of the surface, of a group; frame, horizons and arcs are there where anything is active. */
+/* Intermediates of a slice of a group; frame, horizons and arcs are there where anything is active. */
 GTAOI_FN void GTAOI_NAME(gtaoi_store_slice)(const gtao_context *c, const GTAOI_FRAME *f, const GTAOI_HORIZONS *s,
                                             const GTAOI_ARCS *a, GM active, int k, int x, int y) {
     GTAOI_NO_CONTRACT

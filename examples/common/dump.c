@@ -262,12 +262,17 @@ static void frame_constants(dump *d, const gtao_frame_context *frame) {
 #undef FLOATS
 }
 
-int dump_planes(dump *d, int width, int height, int slices, int arcs, gtao_output *output, image_error *error) {
+int dump_planes(dump *d, int width, int height, int slices, int arcs, int signal, gtao_output *output,
+                image_error *error) {
     size_t plane = (size_t)width * (size_t)height * sizeof(float), k = (size_t)slices;
     output->surface = keep(d, 7 * plane);
     output->slices = keep(d, 3 * k * plane);
     output->horizons = keep(d, 2 * k * plane);
     output->arcs = arcs ? keep(d, 2 * k * plane) : NULL;
+    output->signal_planes = signal ? 5 : 0;
+    output->signal = signal ? keep(d, 5 * plane) : NULL;
+    if (signal && !output->signal)
+        return no_memory(d, error);
     return output->surface && output->slices && output->horizons && (output->arcs || !arcs) ? 1 : no_memory(d, error);
 }
 

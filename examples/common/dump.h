@@ -30,8 +30,10 @@ void dump_text(dump *d, const char *key, const char *value);
 
 /* ---- of gtao.h ---------------------------------------------------------------------------------------------------- */
 
-/* Memory for the intermediates at the resolution of the search, into output. */
-int dump_planes(dump *d, int width, int height, int slices, int arcs, gtao_output *output, image_error *error);
+/* Memory for the intermediates at the resolution of the search, and for the signal if asked for, into output; freed with
+ * the dump. */
+int dump_planes(dump *d, int width, int height, int slices, int arcs, int signal, gtao_output *output,
+                image_error *error);
 
 /* depth and normals, and motion if `frame` is not null, as handed to the library. */
 int dump_input(dump *d, const gtao_desc *desc, const gtao_frame_desc *frame, image_error *error);
