@@ -2,6 +2,7 @@
 #include "canvas.h"
 #include "cli.h"
 #include "image.h"
+#include "settings.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -320,59 +321,6 @@ static int compare_files(report *r, const char *stage, const char *path_a, const
 
 /* ---- settings ----------------------------------------------------------------------------------------------------- */
 
-static char *read_text(const char *path) {
-    FILE *file = fopen(path, "rb");
-    char *text = NULL;
-    size_t size = 0, room = 0, n = 1;
-    while (file && n > 0) {
-        char *more = size + 65536 > room ? realloc(text, room = 2 * room + 131072) : text;
-        if (!more)
-            break;
-        text = more;
-        n = fread(text + size, 1, 65535, file);
-        size += n;
-    }
-    if (file)
-        fclose(file);
-    if (text)
-        text[size] = 0;
-    return text;
-}
-
-/* The value of a key of a flat object, or null. */
-static const char *value_of(const char *json, const char *key, size_t length) {
-    for (const char *at = json; (at = strchr(at, '"')) != NULL;) {
-        const char *end = strchr(at + 1, '"');
-        if (!end)
-            return NULL;
-        if ((size_t)(end - at - 1) == length && memcmp(at + 1, key, length) == 0 &&
-            end[1 + strspn(end + 1, " ")] == ':')
-            return end + 2 + strspn(end + 1, " ");
-        at = end + 1;
-    }
-    return NULL;
-}
-
-static int same_value(const char *a, const char *b, double allowed) {
-    for (;;) {
-        char *end_a, *end_b;
-        a += strspn(a, " \t\r\n[,");
-        b += strspn(b, " \t\r\n[,");
-        double x = strtod(a, &end_a), y = strtod(b, &end_b);
-        if (end_a == a || end_b == b)
-            return (end_a == a) == (end_b == b);
-        if (!(fabs(x - y) <= allowed * fmax(1.0, fabs(x))))
-            return 0;
-        if ((end_a[strspn(end_a, " \t\r\n")] == ',' && end_a[strspn(end_a, " ,\t\r\n")] != '"') !=
-            (end_b[strspn(end_b, " \t\r\n")] == ',' && end_b[strspn(end_b, " ,\t\r\n")] != '"'))
-            return 0;
-        if (end_a[strspn(end_a, " \t\r\n")] != ',' || end_a[strspn(end_a, " ,\t\r\n")] == '"')
-            return 1;
-        a = end_a;
-        b = end_b;
-    }
-}
-
 /* How much of a value to show: without the comma that ends its line. */
 static int shown(const char *value) {
     int n = (int)strcspn(value, "\n");
@@ -384,26 +332,18 @@ static int shown(const char *value) {
 static void compare_settings(report *r, const char *a, const char *b) {
     double allowed = tolerance_of(r->o, "settings", NULL);
     for (const char *at = a; (at = strchr(at, '"')) != NULL;) {
-        const char *end = strchr(at + 1, '"'), *value, *other;
-        size_t n;
-        if (!end)
-            return;
-        n = (size_t)(end - at - 1);
-        value = end + 1 + strspn(end + 1, " ");
-        if (*value == ':' && n < 60) {
-            other = value_of(b, at + 1, n);
-            value++;
-            if (other && value[strspn(value, " ")] != '"' && strncmp(at + 1, "version", 7) != 0 &&
-                strncmp(at + 1, "stages", 6) != 0 && !same_value(value, other, allowed)) {
-                char name[80];
-                snprintf(name, sizeof name, "settings.%.*s", (int)n, at + 1);
-                header(r);
-                printf("%s%-*s A %.*s, B %.*s\n", r->prefix, 28 - (int)strlen(r->prefix), name, shown(value), value,
-                       shown(other), other);
-                differs(r, name, "");
-            }
+        size_t n = strcspn(at + 1, "\"");
+        const char *value = settings_value(at, at + 1, n), *other = settings_value(b, at + 1, n);
+        int number = value && (*value == '[' ? value[1] : *value) != '"';
+        if (number && other && strncmp(at + 1, "version", n) != 0 && !settings_same(value, other, allowed)) {
+            char name[80];
+            snprintf(name, sizeof name, "settings.%.*s", (int)(n < 60 ? n : 60), at + 1);
+            header(r);
+            printf("%s%-*s A %.*s, B %.*s\n", r->prefix, 28 - (int)strlen(r->prefix), name, shown(value), value,
+                   shown(other), other);
+            differs(r, name, "");
         }
-        at = end + 1;
+        at += n + (at[n + 1] != 0) + 1;
     }
 }
 
@@ -442,7 +382,7 @@ static int list(const char *path, int directories, char *names[MAX_NAMES]) {
 
 /* The order of the stages, from the settings, to the front of the sorted names. */
 static void order(const char *settings, char *names[MAX_NAMES], int count) {
-    const char *at = settings ? value_of(settings, "stages", 6) : NULL, *close = at ? strchr(at, ']') : NULL;
+    const char *at = settings ? settings_value(settings, "stages", 6) : NULL, *close = at ? strchr(at, ']') : NULL;
     int done = 0;
     while (at && close && (at = strchr(at, '"')) != NULL && at < close) {
         size_t n = strcspn(++at, "\"");
@@ -472,8 +412,8 @@ static int compare_dumps(report *r, const char *path_a, const char *path_b, int 
     int count = list(path_a, 0, names), ok = 1, seen = 0;
     snprintf(a, sizeof a, "%s/settings.json", path_a);
     snprintf(b, sizeof b, "%s/settings.json", path_b);
-    settings_a = read_text(a);
-    settings_b = read_text(b);
+    settings_a = settings_read(a);
+    settings_b = settings_read(b);
     if (settings_a && settings_b && (!o->only || listed(o->only, "settings")))
         compare_settings(r, settings_a, settings_b), seen++;
     order(settings_a, names, count);
