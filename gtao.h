@@ -436,8 +436,9 @@ GTAO_API int gtao_isa_available(gtao_isa isa);    /* compiled in and supported h
     I(width)                                                                                                           \
     I(height)                                                                                                          \
     I(depth_kind)                                                                                                      \
-    I(border) I(estimator) I(weighting) I(noise) I(frame) I(orthographic) I(bounded) I(every_pixel) I(arcs) I(clip)    \
-        I(cosines) I(layers) I(slices) I(steps) I(period) I(classes) I(class_base) F(radius) F(falloff) F(thin_blend)  \
+    I(border)                                                                                                          \
+    I(estimator) I(weighting) I(noise) I(frame) I(orthographic) I(bounded) I(every_pixel) I(arcs) I(clip) I(cosines)   \
+        I(layers) I(slices) I(steps) I(period) I(classes) I(class_base) F(radius) F(falloff) F(thin_blend)             \
             F(step_power) F(extent_min) F(extent_max) F(max_radius) F(bx1) F(by1) F(cx) F(cy) F(unit) F(reach)         \
                 F(inner2) F(inv_falloff) F(w_scale) F(w_bias) F(w_numerator) F(w_far) F(w_max) F(z_sky) V(to_view, 9)  \
                     F(same_surface) F(connect) F(thickness) F(weight_scale) F(sky) F(sky_limit) F(ray_limit) F(w_min)  \
@@ -562,9 +563,10 @@ GTAO_API const gtao_context *gtao_frame_image(const gtao_frame_context *context)
     I(scale)                                                                                                           \
     I(reduction)                                                                                                       \
     I(spatial_passes)                                                                                                  \
-    I(temporal) I(fresh) I(moved) I(history) I(max_history) I(motion_components) V(window0, 5) V(window1, 5)           \
-        F(tolerance_scale) F(tolerance_bias) F(clamp_window) F(clamp_noise) F(blur_cost) F(disocclusion_scale)         \
-            F(disocclusion_bias) V(before, 12) F(before_fx) F(before_fy) F(before_cx) F(before_cy)
+    I(temporal)                                                                                                        \
+    I(fresh) I(moved) I(history) I(max_history) I(motion_components) V(window0, 5) V(window1, 5) F(tolerance_scale)    \
+        F(tolerance_bias) F(clamp_window) F(clamp_noise) F(blur_cost) F(disocclusion_scale) F(disocclusion_bias)       \
+            V(before, 12) F(before_fx) F(before_fy) F(before_cx) F(before_cy)
 
 typedef struct gtao_frame_constants {
     GTAO_FRAME_CONSTANTS(GTAOI_I, GTAOI_F, GTAOI_V)
@@ -3243,7 +3245,7 @@ GTAO_API int gtao_frame_units(const gtao_frame_context *context, int stage) {
 
 GTAO_API void gtao_frame_run(gtao_frame_context *context, int stage, int unit_begin, int unit_end, gtao_stats *stats) {
     gtao_stats unused;
-    int pass, kind = gtaoi_frame_stage(context, stage, &pass), y0, y1;
+    int pass, kind = gtaoi_frame_stage(context, stage, &pass), y0, y1, k;
     gtao_isa isa = context->pass->d.isa;
     if (!stats)
         memset(&unused, 0, sizeof unused), stats = &unused;
@@ -3259,6 +3261,9 @@ GTAO_API void gtao_frame_run(gtao_frame_context *context, int stage, int unit_be
         break;
     case GTAOI_HORIZONS:
         GTAOI_DISPATCH(isa, gtaoi_visibility, (context->pass, y0, y1, stats));
+        for (; y0 < y1; y0++) /* what the filter sees beyond a seam */
+            for (k = 0; k < (context->bent ? 5 : 2); k++)
+                gtaoi_pad_plane(context, context->raw + k * context->plane + (ptrdiff_t)y0 * context->pitch, 0);
         break;
     case GTAOI_SPATIAL:
         GTAOI_DISPATCH(isa, gtaoi_spatial, (context, pass, y0, y1));

@@ -550,9 +550,9 @@ static void integrate(replay *r) {
                     seen = uniform ? 2.0 - cos(h0) - cos(h1) : length * (arc(h0, n) + arc(h1, n));
                     if (uniform) {
                         double m = atan2(s.no, s.nv), hi = m + 0.5 * pi, lo = m - 0.5 * pi;
-                        t[0] = 0.5 * (h1 - h0 - sin(h1) * cos(h1) + sin(h0) * cos(h0));
+                        t[0] = 0.5 * (h1 + h0 - sin(h1) * cos(h1) - sin(h0) * cos(h0));
                         t[1] = 0.5 * (sin(h0) * sin(h0) + sin(h1) * sin(h1));
-                        open_t[0] = 0.5 * (hi - lo - sin(hi) * cos(hi) + sin(lo) * cos(lo));
+                        open_t[0] = 0.5 * (hi + lo - sin(hi) * cos(hi) - sin(lo) * cos(lo));
                         open_t[1] = 0.5 * (sin(hi) * sin(hi) + sin(lo) * sin(lo));
                     } else {
                         arc_bent(h0, h1, n, t);
