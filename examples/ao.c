@@ -103,7 +103,6 @@ static const char *const estimators[] = {"normalized", "memo", NULL};
 static const char *const weightings[] = {"cosine", "uniform", NULL};
 static const char *const noises[] = {"memo", "hilbert", "none", NULL};
 static const char *const borders[] = {"open", "clamp", "wrap", NULL};
-static const char image_endings[] = ".exr, .pfm or .png";
 
 static const cli_option option_table[OPT_COUNT] = {
     [OPT_DEPTH] = {"--depth", "FILE[:CHANNEL]", "depth, .exr or .pfm", CLI_INPUT(options, depth)},
@@ -173,11 +172,11 @@ static const cli_option option_table[OPT_COUNT] = {
     [OPT_BORDER] = {"--border", "clamp|wrap|open", "what lies outside the image (open: nothing)",
                     CLI_CHOICE(options, border, borders)},
     [OPT_BENT] = {"--bent", "FILE", "also write bent normals, view space; .exr, .pfm or .png",
-                  CLI_OUTPUT(options, bent, image_endings)},
+                  CLI_OUTPUT(options, bent, IMAGE_ENDINGS)},
     [OPT_SH] = {"--sh", "FILE", "also write spherical harmonics of visibility times cosine, view space; .exr",
                 CLI_OUTPUT(options, sh, ".exr")},
     [OPT_OUTPUT] = {"-o", "FILE", "visibility, 1 = open; .exr, .pfm or .png (8 bit, linear)",
-                    CLI_OUTPUT(options, output, image_endings)},
+                    CLI_OUTPUT(options, output, IMAGE_ENDINGS)},
     [OPT_ISA] = {"--isa", "auto|scalar|sse2|avx2|avx512|neon", "(auto) the results are the same bits",
                  CLI_ISA(options, isa)},
     [OPT_THREADS] = {"--threads", "N", "(all processors) the results are the same bits", CLI_THREADS(options, threads)},

@@ -15,18 +15,18 @@
 #include <time.h>
 #include <unistd.h>
 
-static const cli_program *program;
+static cli_program program;
 static int bar_shown;
 
 /* ---- messages ----------------------------------------------------------------------------------------------------- */
 
 int cli_error(const char *format, ...) {
     va_list args;
-    if (program && program->quiet)
+    if (program.quiet)
         return 0;
     cli_progress_end();
     va_start(args, format);
-    fprintf(stderr, "%s: ", program ? program->name : "error");
+    fprintf(stderr, "%s: ", program.name);
     vfprintf(stderr, format, args);
     fputc('\n', stderr);
     va_end(args);
@@ -38,18 +38,18 @@ int cli_bad_value(const cli_option *option, const char *value, const char *expec
 }
 
 static void print_help(void) {
-    printf("%s - %s\n\nusage: %s %s\n\n", program->name, program->about, program->name, program->usage);
-    for (int i = 0; i < program->count; ++i) {
+    printf("%s - %s\n\nusage: %s %s\n\n", program.name, program.about, program.name, program.usage);
+    for (int i = 0; i < program.count; ++i) {
         char left[96];
-        const cli_option *o = program->options + i;
+        const cli_option *o = program.options + i;
         snprintf(left, sizeof left, "%s %s", o->name, o->value && o->name[0] == '-' ? o->value : "");
         if (strlen(left) > 30)
             printf("  %s\n  %-30s %s\n", left, "", o->help);
         else
             printf("  %-30s %s\n", left, o->help);
     }
-    if (program->notes)
-        printf("\n%s\n", program->notes);
+    if (program.notes)
+        printf("\n%s\n", program.notes);
 }
 
 /* ---- values ------------------------------------------------------------------------------------------------------- */
@@ -98,17 +98,6 @@ int cli_numbers(const char *text, int lowest, int highest, float *values) {
     return 0;
 }
 
-int cli_size(const char *text, long lowest, long highest, int *width, int *height) {
-    char first[16];
-    long w, h;
-    if (!next_part(&text, "x,", first, sizeof first) || !*text || !cli_integer(first, lowest, highest, &w) ||
-        !cli_integer(text + 1, lowest, highest, &h))
-        return 0;
-    *width = (int)w;
-    *height = (int)h;
-    return 1;
-}
-
 int cli_axes_of(const char *text, cli_axes *axes) {
     int seen = 0;
     for (int i = 0; i < 3; ++i, text += 2) {
@@ -132,8 +121,9 @@ int cli_next_choice(const char **text, const char *const *names) {
     const char *at = *text;
     char part[64];
     int choice = next_part(&at, ",", part, sizeof part) ? cli_choice(part, names) : -1;
-    if (choice >= 0)
-        *text = at + (*at == ',');
+    if (choice < 0 || (*at && !at[1]))
+        return -1;
+    *text = at + (*at == ',');
     return choice;
 }
 
@@ -168,10 +158,16 @@ static int set_double(const cli_option *o, const char *value, double *to) {
 }
 
 static int set_size(const cli_option *o, const char *value, int *to) {
-    char text[64];
-    if (cli_size(value, (long)o->lowest, (long)o->highest, to, to + 1))
+    char first[16], text[64];
+    const char *at = value;
+    long w, h, lowest = (long)o->lowest, highest = (long)o->highest;
+    if (next_part(&at, "x,", first, sizeof first) && *at && cli_integer(first, lowest, highest, &w) &&
+        cli_integer(at + 1, lowest, highest, &h)) {
+        to[0] = (int)w;
+        to[1] = (int)h;
         return 1;
-    snprintf(text, sizeof text, "WIDTHxHEIGHT, %.0f..%.0f each", o->lowest, o->highest);
+    }
+    snprintf(text, sizeof text, "WIDTHxHEIGHT, %ld..%ld each", lowest, highest);
     return cli_bad_value(o, value, o->expected ? o->expected : text);
 }
 
@@ -302,8 +298,8 @@ static const char *const *files_of(const void *settings, const cli_option *o) {
 }
 
 static int check_outputs(const void *settings) {
-    const cli_option *options = program->options;
-    for (int i = 0; i < program->count; ++i) {
+    const cli_option *options = program.options;
+    for (int i = 0; i < program.count; ++i) {
         const char *name = options[i].name, *path = NULL, *other;
         if (options[i].kind == CLI_KIND_OUTPUT)
             path = *files_of(settings, options + i);
@@ -311,7 +307,7 @@ static int check_outputs(const void *settings) {
             continue;
         if (!check_output(name, path))
             return 0;
-        for (int k = 0; k < program->count; ++k) {
+        for (int k = 0; k < program.count; ++k) {
             const cli_option *o = options + k;
             if (o->kind == CLI_KIND_OUTPUT && k < i && (other = *files_of(settings, o)) && same_file(path, other))
                 return cli_error("%s %s: the same file as %s", name, path, o->name);
@@ -330,8 +326,8 @@ static int check_outputs(const void *settings) {
 
 /* The option of this name, of `length` letters; otherwise, without a dash, the argument that has no name. */
 static const cli_option *find_option(const char *name, size_t length) {
-    for (int i = 0; i < program->count; ++i) {
-        const cli_option *o = program->options + i;
+    for (int i = 0; i < program.count; ++i) {
+        const cli_option *o = program.options + i;
         if (o->name[0] == '-' ? strlen(o->name) == length && memcmp(o->name, name, length) == 0 : name[0] != '-')
             return o;
     }
@@ -339,7 +335,7 @@ static const cli_option *find_option(const char *name, size_t length) {
 }
 
 int cli_parse(const cli_program *p, int argc, char **argv, void *settings, unsigned char *given) {
-    program = p;
+    program = *p;
     for (int i = 1; i < argc; ++i)
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
             if (!p->quiet)
@@ -378,12 +374,12 @@ void cli_progress_show(cli_progress *p, double part) {
         p->started = now;
         p->first = part;
     }
-    if ((program && program->quiet) || now - p->started < 1.0 || now - drawn < 0.2 || !isatty(STDERR_FILENO))
+    if (program.quiet || now - p->started < 1.0 || now - drawn < 0.2 || !isatty(STDERR_FILENO))
         return;
     for (int i = 0; i < WIDTH; ++i)
         bar[i] = i < (int)(WIDTH * part) ? '#' : '.';
     bar[WIDTH] = 0;
-    fprintf(stderr, "\r%s: %s %3.0f %%  %s", program ? program->name : "", bar, 100.0 * part, p->what);
+    fprintf(stderr, "\r%s: %s %3.0f %%  %s", program.name, bar, 100.0 * part, p->what);
     if (part - p->first > 0.01) { /* what was done before it began took it no time */
         double left = (now - p->started) * (1.0 - part) / (part - p->first);
         fprintf(stderr, "  %d:%02d:%02d left", (int)(left / 3600.0), (int)(left / 60.0) % 60, (int)left % 60);

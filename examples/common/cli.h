@@ -86,7 +86,7 @@ enum { CLI_GO = -1 };
 
 /* Reads the command line into `settings`, which hold the defaults; given[i] tells whether option i was there. Then checks
  * the files to write: they and their directories can be written, no two are the same, and none is read. The exit status
- * if there is nothing more to do: 0 after --help, 2 after an error; otherwise CLI_GO. The program is remembered. */
+ * if there is nothing more to do: 0 after --help, 2 after an error; otherwise CLI_GO. The program is remembered, in a copy. */
 int cli_parse(const cli_program *program, int argc, char **argv, void *settings, unsigned char *given);
 
 /* One line after the program's name; a bar goes first. Returns 0. */
@@ -109,7 +109,6 @@ int cli_number(const char *text, double *value);
 int cli_integer(const char *text, long lowest, long highest, long *value);
 /* "a,b,c": at least `lowest` and at most `highest` numbers that fit a float; how many, or 0. */
 int cli_numbers(const char *text, int lowest, int highest, float *values);
-int cli_size(const char *text, long lowest, long highest, int *width, int *height);
 int cli_axes_of(const char *text, cli_axes *axes);
 /* Index of `text` in `names`, which a null ends; or -1. */
 int cli_choice(const char *text, const char *const *names);
