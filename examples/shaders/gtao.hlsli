@@ -30,14 +30,16 @@ typedef float real;
 typedef float3 real3;
 #endif
 
-/* Keys of the dump's settings.json. Scalars of 4 bytes and rows of float4: the same in every packing. */
+/* Keys of the dump's settings.json, but where a buffer has the name: filter_width and filter_height are its width and
+ * height, slice_count, layer_count, arcs_on, noise_kind, history_kind, unit_length its slices, layers, arcs, noise,
+ * history, unit. Scalars of 4 bytes and rows of float4: the same in every packing. */
 cbuffer settings : register(b0) {
     float4 to_view[3]; /* rows */
     float4 before[3];  /* rows of view_to_previous, translation in height units */
     float4 window[5];  /* x: weights of the spatial filter's pass, offsets -2 .. 2 */
     float4 albedo_rgb; /* one row: albedo */
 
-    int width, height_px;            /* of the image */
+    int full_width, full_height;     /* of the image */
     int filter_width, filter_height; /* of the stages between reduce and upsample */
     int scale;                       /* pixels of the image for one of those */
     int depth_kind, border, estimator, weighting, noise_kind;
@@ -45,7 +47,7 @@ cbuffer settings : register(b0) {
     int slice_count, steps, period, classes, class_base;
     int input_normals, input_motion; /* whether there are any */
     int spherical;                   /* spherical harmonics are wanted */
-    int back_known;                  /* bit k: the backs of layer k are depths of back faces */
+    int clip;                        /* backs are depths of back faces: columns count as far as the radius reaches */
     int layer_count;
     float thin_blend, step_power;
     float extent_min, extent_max, max_radius;
@@ -55,7 +57,7 @@ cbuffer settings : register(b0) {
     float same_surface, connect, thickness, weight_scale;
     float full_bx1, full_by1, full_cx, full_cy, full_same_surface;
     float tolerance_scale, tolerance_bias;
-    int frame, fresh, moved, history_kind, max_history, reduction;
+    int fresh, moved, history_kind, max_history, reduction;
     float clamp_window, disocclusion_scale, disocclusion_bias;
     float before_fx, before_fy, before_cx, before_cy;
     int table_aperture, table_beta, table_roughness; /* specular table's size */
@@ -141,13 +143,13 @@ int filter_plane() {
     return filter_width * filter_height;
 }
 int image_plane() {
-    return width * height_px;
+    return full_width * full_height;
 }
 int at_filter(int2 p) {
     return p.y * filter_width + p.x;
 }
 int at_image(int2 p) {
-    return p.y * width + p.x;
+    return p.y * full_width + p.x;
 }
 
 /* Where a pixel beyond the border lies in the image; x < 0: nowhere. */

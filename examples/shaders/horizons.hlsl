@@ -289,7 +289,7 @@ uint gtaoi_hang(Arcs a, Column c, float l, float u, float half_step, float inv) 
 /* A column at distance t = 1 / inv, its front at `rise`. `gap`: the height difference (perspective: relative) that a
  * surface makes from the one before. Raises the horizon where it joins it, or else sets sectors. */
 void gtaoi_visit_column(Pixel p, Frame f, inout Arcs a, inout Column before, inout Horizons s, int side, Sample q,
-                        float w, float w_back, float rise, float least, float gap, float half_step, bool clip) {
+                        float w, float w_back, float rise, float least, float gap, float half_step, bool clips) {
     float tangent = side_of(side, f.kappa_tangent), inv = q.inv;
     if (w <= SKY_LIMIT) {
         before.w = SKY;
@@ -305,7 +305,7 @@ void gtaoi_visit_column(Pixel p, Frame f, inout Arcs a, inout Column before, ino
     before.connected = connected;
     if (bounded) {
         float slope = w * inv, kappa, rho, to_reach, reach2;
-        if (clip) { /* the column's point nearest to the pixel decides, and only what is within the sphere counts */
+        if (clips) { /* the column's point nearest to the pixel decides, and only what is within the sphere counts */
             float lowest, highest;
             rise = min(max(-tangent / f.kappa_scale, back), rise);
             slope = rise + base;
@@ -381,7 +381,7 @@ void gtaoi_search_arcs(Pixel p, Frame f, int k, inout Horizons s, inout Arcs a) 
                 float w, w_back, rise, least;
                 gtaoi_take(p, f, q, side, layer, j, w, w_back, rise, least);
                 gtaoi_visit_column(p, f, a, column[side], s, side, q, w, w_back, rise, least, spacing * connect,
-                                   0.5 * spacing * q.inv, (back_known >> layer & 1) != 0 && bounded);
+                                   0.5 * spacing * q.inv, clip && bounded);
             }
         }
     }

@@ -22,7 +22,7 @@ real gtao_multi_bounce(real visibility, real albedo) {
 [numthreads(8, 8, 1)]
 void main(uint3 id : SV_DispatchThreadID) {
     int2 p = (int2)id.xy;
-    if (p.x >= width || p.y >= height_px)
+    if (p.x >= full_width || p.y >= full_height)
         return;
     int i = at_image(p), plane = image_plane();
     real visibility = (real)result[i];

@@ -56,7 +56,7 @@ uint2 pack_halves(float visibility, float3 b) {
 [numthreads(8, 8, 1)]
 void main(uint3 id : SV_DispatchThreadID) {
     int2 p = (int2)id.xy;
-    if (p.x >= width || p.y >= height_px)
+    if (p.x >= full_width || p.y >= full_height)
         return;
     int i = at_image(p), plane = image_plane(), k;
     float visibility = result[i], back;

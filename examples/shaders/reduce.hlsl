@@ -18,7 +18,7 @@ RWStructuredBuffer<float> reduced_motion : register(u12);
 static const int REDUCE_NEAREST = 0, REDUCE_FARTHEST = 1, REDUCE_CHECKERBOARD = 2;
 
 float height_of(int2 p) {
-    p = min(p, int2(width, height_px) - 1);
+    p = min(p, int2(full_width, full_height) - 1);
     return gtaoi_height(depth[at_image(p)], p, full_bx1, full_by1, full_cx, full_cy);
 }
 
@@ -65,16 +65,16 @@ void main(uint3 id : SV_DispatchThreadID) {
         float w[4];
         for (k = 0; k < 4; k++)
             w[k] = height_of(q + int2(k & 1, k >> 1));
-        if (q.y + 1 == height_px && q.y > 0)
+        if (q.y + 1 == full_height && q.y > 0)
             for (k = 0; k < 2; k++)
                 w[2 + k] = gtaoi_beyond(w[k], height_of(q + int2(k, -1)));
-        if (q.x + 1 == width && q.x > 0) {
+        if (q.x + 1 == full_width && q.x > 0) {
             w[1] = gtaoi_beyond(w[0], height_of(q + int2(-1, 0)));
             w[3] = gtaoi_beyond(w[2], height_of(q + int2(-1, 1)));
         }
         reduced_height[i] = gtaoi_choose(w, p, which);
     }
-    int at = at_image(min(q + int2(which & 1, which >> 1), int2(width, height_px) - 1));
+    int at = at_image(min(q + int2(which & 1, which >> 1), int2(full_width, full_height) - 1));
     if (input_normals) {
         float3 n = float3(given_normals[at], given_normals[at + image_plane()], given_normals[at + 2 * image_plane()]);
         float len2 = dot(n, n);

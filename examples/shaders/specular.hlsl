@@ -58,13 +58,14 @@ float gtso_lookup(float visibility, float3 b, float3 n, float3 v) {
 [numthreads(8, 8, 1)]
 void main(uint3 id : SV_DispatchThreadID) {
     int2 p = (int2)id.xy;
-    if (p.x >= width || p.y >= height_px)
+    if (p.x >= full_width || p.y >= full_height)
         return;
     int i = at_image(p), plane = image_plane();
     float2 r = ray((float2)p, full_bx1, full_by1, full_cx, full_cy);
     float3 v = float3(r, 1.0) * (-1.0 / sqrt(dot(r, r) + 1.0));
-    float3 n = float3(surface[i], surface[i + plane], surface[i + 2 * plane]);
-    float3 b = float3(result[i + plane], result[i + 2 * plane], result[i + 3 * plane]);
+    float3 b = float3(result[i + plane], result[i + 2 * plane], result[i + 3 * plane]), n = b;
+    if (0.0 <= surface[i + 6 * plane])
+        n = float3(surface[i], surface[i + plane], surface[i + 2 * plane]);
 #if HALF
     b = float3((real3)b);
     n = float3((real3)n);

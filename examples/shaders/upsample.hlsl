@@ -33,7 +33,7 @@ float3 gtaoi_unit_bent(float3 b, int2 block, int2 p) {
 [numthreads(8, 8, 1)]
 void main(uint3 id : SV_DispatchThreadID) {
     int2 p = (int2)id.xy, size = int2(filter_width, filter_height), block = p / scale;
-    if (p.x >= width || p.y >= height_px)
+    if (p.x >= full_width || p.y >= full_height)
         return;
     int plane = filter_plane(), at = at_filter(block), i, k;
     real out_value[5];
