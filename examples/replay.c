@@ -97,12 +97,13 @@ typedef struct replay {
     int mistake, framed;
     gtao_constants c, full; /* of the search; of the image */
     gtao_frame_constants f;
-    image depth, normal; /* normal.data null: derived */
+    image depth, normals; /* normals.data null: derived */
     float albedo[3], roughness[3];
     image table; /* of specular visibility */
     int table_size[3];
     size_t count, full_count; /* pixels */
-    float *height, *reduced_normal, *surface[7], *noise[3], *slices, *horizons, *raw[5], *filtered[5], *result[4];
+    float *height, *reduced_normal, *surface[7], *bare[3], *noise[3], *slices, *horizons, *raw[5], *filtered[5],
+        *result[4];
     unsigned char *occluded; /* of each side of each slice: anything at all */
     float *packed[4], *bounce[4], *specular[3];
     gtao_tap *taps; /* (phase, slice, class), steps each */
@@ -196,8 +197,8 @@ static void reduce(replay *r) {
                 chosen = height_of(r, x, y);
             }
             r->height[at] = (float)chosen;
-            for (size_t k = 0; r->normal.data && k < 3; ++k) {
-                const float *n = r->normal.data + 3 * ((size_t)py * (size_t)r->full.width + (size_t)px);
+            for (size_t k = 0; r->normals.data && k < 3; ++k) {
+                const float *n = r->normals.data + 3 * ((size_t)py * (size_t)r->full.width + (size_t)px);
                 double len2 = (double)n[0] * (double)n[0] + (double)n[1] * (double)n[1] + (double)n[2] * (double)n[2];
                 r->reduced_normal[3 * at + k] =
                     len2 >= 1e-30 && len2 < 3e38 ? (r->framed ? (float)((double)n[k] / sqrt(len2)) : n[k]) : 0.0f;
@@ -274,16 +275,15 @@ static void surface(replay *r) {
                                      : (double)c->extent_max;
             if (r->mistake == MISTAKE_RADIUS_PX)
                 extent = 50.0 * (double)c->bx1;
-            if (!(w > (double)c->sky_limit) || !(extent >= (double)c->extent_min))
-                continue;
-            if (r->normal.data) {
+            int solid = w > (double)c->sky_limit;
+            if (r->normals.data) {
                 const float *from = r->reduced_normal + 3 * i;
                 for (int k = 0; k < 3; ++k)
                     n[k] = (double)c->to_view[3 * k] * (double)from[0] +
                            (double)c->to_view[3 * k + 1] * (double)from[1] +
                            (double)c->to_view[3 * k + 2] * (double)from[2];
             }
-            if (n[0] * n[0] + n[1] * n[1] + n[2] * n[2] < 1e-30) {
+            if (solid && n[0] * n[0] + n[1] * n[1] + n[2] * n[2] < 1e-30) {
                 double along[5], down[5], gx, gy, unused;
                 neighbours(r, x, y, along, down);
                 gx = derivative(c, along, &unused), gy = derivative(c, down, &unused);
@@ -294,6 +294,10 @@ static void surface(replay *r) {
                 n[0] = -p[0] / length, n[1] = -p[1] / length, n[2] = -p[2] / length;
             if (r->mistake == MISTAKE_Y_UP)
                 n[1] = -n[1];
+            for (int k = 0; k < 3; ++k)
+                r->bare[k][i] = (float)n[k];
+            if (!solid || !(extent >= (double)c->extent_min))
+                continue;
             nv = -(n[0] * p[0] + n[1] * p[1] + n[2] * p[2]) / length;
             if (nv < (double)c->facing_min) { /* tilted until it faces the eye */
                 double lift = ((double)c->facing_min - nv) / length;
@@ -526,6 +530,11 @@ static void arc_bent(double h0, double h1, double n, double t[2]) {
     t[1] = (-cos(3.0 * h0 - n) - cos(3.0 * h1 - n) + 8.0 * cos(n) - 3.0 * (cos(h0 + n) + cos(h1 + n))) / 12.0;
 }
 
+/* The normal, where nothing is computed as it came. */
+static double normal(const replay *r, size_t i, int k) {
+    return (double)(r->surface[6][i] < 0.0f ? r->bare : r->surface)[k][i];
+}
+
 static void integrate(replay *r) {
     const gtao_constants *c = &r->c;
     int uniform = c->weighting == GTAO_WEIGHTING_UNIFORM;
@@ -577,11 +586,11 @@ static void integrate(replay *r) {
             weight = whole / sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) * (double)c->weight_scale;
             r->raw[1][i] = r->surface[6][i] < 0.0f ? 1.0f : (float)clamp(weight, 1e-3, 1e3);
             for (int j = 0; j < 3; ++j) {
-                lost[j] = share * (double)r->surface[j][i] - (any ? lost[j] / whole : 0.0);
+                lost[j] = share * normal(r, i, j) - (any ? lost[j] / whole : 0.0);
                 len2 += lost[j] * lost[j];
             }
             for (int j = 0; j < 3; ++j)
-                r->raw[2 + j][i] = (float)(len2 >= 1e-12 ? lost[j] : share * (double)r->surface[j][i]);
+                r->raw[2 + j][i] = (float)(len2 >= 1e-12 ? lost[j] : share * normal(r, i, j));
         }
 }
 
@@ -815,12 +824,12 @@ static void free_replay(replay *r) {
     for (int i = 0; i < r->allocations; ++i)
         free(r->memory[i]);
     image_free(&r->depth);
-    image_free(&r->normal);
+    image_free(&r->normals);
     image_free(&r->table);
 }
 
 static int load(replay *r, const char *directory) {
-    static const char *const depth[] = {"depth"}, *const normal[] = {"normal.X", "normal.Y", "normal.Z"};
+    static const char *const depth[] = {"depth"}, *const names_n[] = {"normal.X", "normal.Y", "normal.Z"};
     static const char *const table[] = {"table"};
     char path[4096], **names;
     image_error error;
@@ -839,7 +848,7 @@ static int load(replay *r, const char *directory) {
     snprintf(path, sizeof path, "%s/input.exr", directory);
     names = image_list_channels(path, &count, &error);
     ok = names && image_read_channels(path, depth, 1, &r->depth, &error);
-    ok = ok && (count == 1 || image_read_channels(path, normal, 3, &r->normal, &error));
+    ok = ok && (count == 1 || image_read_channels(path, names_n, 3, &r->normals, &error));
     image_free_names(names);
     if (ok && size[0] > 0.0f) {
         snprintf(path, sizeof path, "%s/specular_table.exr", directory);
@@ -862,8 +871,8 @@ static int load(replay *r, const char *directory) {
 static int allocate(replay *r) {
     size_t n = r->count, m = r->full_count, k = (size_t)r->c.slices;
     size_t directions = (size_t)(r->c.period * r->c.period) * k, lists = directions * (size_t)r->c.classes;
-    float **groups[] = {r->surface, r->noise, r->raw, r->filtered};
-    const int sizes[] = {7, 3, 5, 5};
+    float **groups[] = {r->surface, r->bare, r->noise, r->raw, r->filtered};
+    const int sizes[] = {7, 3, 3, 5, 5};
     int start = r->allocations;
     r->height = plane(r, n), r->reduced_normal = plane(r, 3 * n);
     r->slices = plane(r, 3 * k * n), r->horizons = plane(r, 2 * k * n);
@@ -872,7 +881,7 @@ static int allocate(replay *r) {
     r->tap_count = (int *)(void *)plane(r, lists);
     r->directions = (double *)(void *)plane(r, 4 * directions);
     start += 8;
-    for (int g = 0; g < 4; ++g, start += sizes[g - 1])
+    for (int g = 0; g < 5; ++g, start += sizes[g - 1])
         for (int i = 0; i < sizes[g]; ++i)
             groups[g][i] = plane(r, n);
     for (int i = 0; i < 4; ++i, start += 3)

@@ -391,6 +391,15 @@ void gtaoi_search_arcs(Pixel p, Frame f, int k, inout Horizons s, inout Arcs a) 
 
 /* ---- the stage ---------------------------------------------------------------------------------------------------- */
 
+/* The angle whose cotangent is kappa, 0 .. pi. */
+float angle_of(float kappa) {
+#if MISTAKE == 13 /* the angle through a cheap acos */
+    return gtao_acos(kappa / sqrt(1.0 + kappa * kappa));
+#else
+    return gtao_atan2(1.0, kappa);
+#endif
+}
+
 void store_slice(int i, int k, float n, float jacobian, float open, float2 h, uint2 mask) {
     int plane = filter_plane();
     slices[i + 3 * k * plane] = n;
@@ -428,7 +437,7 @@ void main(uint3 id : SV_DispatchThreadID) {
             gtaoi_search_arcs(p, f, k, s, a);
         else
             gtaoi_search(p, f, k, s);
-        store_slice(i, k, f.n, f.inv_perp * f.inv_perp, f.open,
-                    float2(gtao_atan2(1.0, gtaoi_kappa(f, s, 0)), gtao_atan2(1.0, gtaoi_kappa(f, s, 1))), a.mask);
+        store_slice(i, k, f.n, slice_jacobian(f), f.open,
+                    float2(angle_of(gtaoi_kappa(f, s, 0)), angle_of(gtaoi_kappa(f, s, 1))), a.mask);
     }
 }

@@ -77,7 +77,7 @@ Moments between(Side h0, Side h1, float nv, float no) {
 /* Adds what a slice loses: moments `m` on the + side (sign 1) or the - side (-1), in view space. o is linear in b:
  * o = (b - along r0 / |r0|) / |b_perp|. */
 void gtaoi_lose(Pixel p, Frame f, Moments m, float sign, inout Sum sum) {
-    float jacobian = f.inv_perp * f.inv_perp, along = f.along * p.inv_len;
+    float jacobian = slice_jacobian(f), along = f.along * p.inv_len;
     float3 v = float3(-p.r * p.inv_len, -p.inv_len);
     float3 o = float3(f.b - along * p.r, -along) * f.inv_perp * sign;
 #if MISTAKE == 14 /* axes of the screen for those of the pixel's view */
@@ -93,20 +93,14 @@ void gtaoi_lose(Pixel p, Frame f, Moments m, float sign, inout Sum sum) {
 
 /* The two sides of a slice: from the horizon to the tangent plane all is lost. */
 void gtaoi_integrate(Pixel p, Frame f, float2 h, inout Sum sum) {
-    float jacobian = f.inv_perp * f.inv_perp, weight = estimator == ESTIMATOR_MEMO ? 1.0 : jacobian, lost = 0.0;
+    float jacobian = slice_jacobian(f), weight = estimator == ESTIMATOR_MEMO ? 1.0 : jacobian, lost = 0.0;
     float open = f.open;
-#if MISTAKE == 12 /* slices equally weighted, off the axis too */
-    weight = 1.0;
-#endif
     /* Where both sides rise by no more than RISE_MIN in cot h, sin(limit - h) / (sin limit sin h), the slice is open. */
     Side at[2], limit[2];
     int side;
     bool occluded = false;
     for (side = 0; side < 2; side++) {
         limit[side] = side_at(gtao_atan2(1.0, side ? -f.kappa_tangent : f.kappa_tangent));
-#if MISTAKE == 13 /* the angle through a cheap acos */
-        h[side] = gtao_acos(cos(h[side]));
-#endif
         at[side] = side_at(h[side]);
         occluded = occluded || limit[side].s * at[side].c - limit[side].c * at[side].s >
                                    1.02 * RISE_MIN * limit[side].s * at[side].s;
@@ -131,7 +125,7 @@ void gtaoi_integrate(Pixel p, Frame f, float2 h, inout Sum sum) {
 /* What hangs free above the horizons: run by run of the masks, each an interval of t. */
 void gtaoi_integrate_arcs(Pixel p, Frame f, int k, uint mask, int side, inout Sum sum) {
     float sign = side ? -1.0 : 1.0, tangent = sign * f.kappa_tangent, sec = sqrt(1.0 + tangent * tangent);
-    float shift = sector_shift(k), jacobian = f.inv_perp * f.inv_perp;
+    float shift = sector_shift(k), jacobian = slice_jacobian(f);
     while (mask) {
         int low = (int)firstbitlow(mask);
         uint rest = mask + (1u << low), after = rest & ~mask;
@@ -207,8 +201,10 @@ void main(uint3 id : SV_DispatchThreadID) {
             diagonal = 0.25 * (1.0 + p.n * p.n);
             other = 0.25 * p.n * p.n.yzx;
         }
-        gtaoi_sh_of_moments(max(1.0 - scale_sum * sum.lost, 0.0), share * p.n - scale_sum * sum.lost_bent,
-                            diagonal - scale_sum * sum.lost_diagonal, other - scale_sum * sum.lost_other, c);
+        gtaoi_sh_of_moments(clamp(1.0 - scale_sum * sum.lost, 0.0, 1.0),
+                            clamp(share * p.n - scale_sum * sum.lost_bent, -1.0, 1.0),
+                            clamp(diagonal - scale_sum * sum.lost_diagonal, -1.0, 1.0),
+                            clamp(other - scale_sum * sum.lost_other, -1.0, 1.0), c);
         for (k = 0; k < 9; k++)
             sh[i + k * plane] = (float)(real)c[k];
     }

@@ -12,7 +12,7 @@ struct Pixel {
     float2 r;             /* r0 = (r.x, r.y, 1) */
     float len, inv_len;   /* |r0| */
     float3 n;             /* unit normal, n.v > 0 */
-    float nv;             /* v = -r0 / |r0| */
+    float nv, inv_nv;     /* v = -r0 / |r0| */
     float2 g;             /* gradient of w on the tangent plane, per pixel */
     float extent;         /* of the radius, on the plane z = 1 (orthographic: in pixels) */
     int radius_class;     /* -1: not computed */
@@ -48,7 +48,11 @@ Pixel read_pixel(int2 at, float w0) {
     p.len = sqrt(dot(p.r, p.r) + 1.0);
     p.inv_len = 1.0 / p.len;
     p.n = float3(surface[i], surface[i + plane], surface[i + 2 * plane]);
-    p.nv = max(-(p.n.x * p.r.x + p.n.y * p.r.y + p.n.z) * p.inv_len, 0.5 * FACING_MIN);
+    /* n.v of a normal at the silhouette is what cancellation leaves: a fused multiply-add gives another one, and in the
+     * fourth digit other horizons (not another visibility, which weighs them by n.v). */
+    precise float nr = p.n.x * p.r.x + p.n.y * p.r.y + p.n.z;
+    p.nv = max(-nr * p.inv_len, 0.5 * FACING_MIN);
+    p.inv_nv = 1.0 / p.nv;
     p.g = float2(surface[i + 3 * plane], surface[i + 4 * plane]);
     p.extent = surface[i + 5 * plane];
     p.radius_class = (int)surface[i + 6 * plane];
@@ -96,15 +100,24 @@ Frame gtaoi_slice(Pixel p, int k) {
     float perp = sqrt(perp2);
     f.inv_perp = 1.0 / perp;
     f.no = (p.n.x * f.b.x + p.n.y * f.b.y + f.along * p.nv) * f.inv_perp;
-    float tangent = f.no / p.nv;
+    float tangent = f.no * p.inv_nv;
     f.kappa_tangent = -tangent;
-    f.kappa_scale = p.len / (orthographic ? 1.0 : p.w0) * f.inv_perp;
+    f.kappa_scale = p.len * (orthographic ? 1.0 : 1.0 / p.w0) * f.inv_perp;
     f.reach = reach * f.inv_perp;
     f.least_rise = perp * RISE_MIN * (orthographic ? 1.0 : p.w0 * p.inv_len);
-    f.cos_tangent = -tangent / sqrt(1.0 + tangent * tangent);
-    f.n = gtao_atan2(f.no, p.nv);
+    f.cos_tangent = -(tangent * (1.0 / sqrt(1.0 + tangent * tangent)));
+    f.n = weighting == WEIGHTING_COSINE ? gtao_atan2(f.no, p.nv) : 0.0;
     f.open = weighting == WEIGHTING_COSINE ? p.nv + f.n * f.no : 2.0;
     return f;
+}
+
+/* Between the angle on the screen and the azimuth about v: by how much the slice counts. */
+float slice_jacobian(Frame f) {
+#if MISTAKE == 12 /* slices equally weighted, off the axis too */
+    return 1.0;
+#else
+    return f.inv_perp * f.inv_perp;
+#endif
 }
 
 /* What hangs free above the horizon (gtao.h, "arcs"): sectors of a side, equidistant in y = t^2 / (1 + t^2),

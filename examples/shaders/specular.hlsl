@@ -1,6 +1,6 @@
 /* specular.hlsl - specular visibility [J16] from visibility, bent normal, normal, view vector and roughness by a table
- * that gtso_bake made: gtso.h's default, the full BRDF with n = b over aperture, beta (stored by its distance from the
- * cone's edge) and roughness.
+ * that gtso_bake made: gtso.h's default, the full BRDF with n = b over aperture (an angle), beta (stored by its distance
+ * from the cone's edge) and roughness.
  *
  *     in   result, surface (image resolution), specular_table (aperture fastest, then beta, then roughness)
  *     out  specular    plane `specular_plane`
@@ -45,7 +45,7 @@ float gtso_lookup(float visibility, float3 b, float3 n, float3 v) {
     float cos_beta = clamp(2.0 * nv * nb - bv, -1.0, 1.0); /* R.b */
     float aperture = gtsoi_chord(cos_aperture), beta = gtsoi_chord(cos_beta);
     float3 u;
-    u.x = cos_aperture <= 0.0 ? 1.0 : aperture / 1.41421356;
+    u.x = cos_aperture <= 0.0 ? 1.0 : gtao_acos(cos_aperture) * (2.0 / PI);
     /* GTSO_SCALE_EDGE: g = e / (w + |e|) of e = chord(aperture) - chord(beta), w = 2 alpha, from that of the largest
      * beta to that of 0 */
     float w = 2.0 * max(roughness * roughness, 1e-4), rest = 2.0 - aperture, e = aperture - beta;
