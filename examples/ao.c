@@ -623,7 +623,7 @@ static int dump_inputs(job *j) {
 }
 
 static int dump_outputs(job *j) {
-    static const float albedo[3] = {0.9f, 0.5f, 0.2f};
+    static const float albedo[3] = {0.9f, 0.5f, 0.05f};
     const options *o = j->options;
     const gtao_context *whole = j->framed ? gtao_frame_image(j->frame_context) : j->context;
     image_error error;
