@@ -90,6 +90,64 @@ static const struct mistake {
 };
 enum { MISTAKES = sizeof mistakes / sizeof *mistakes };
 
+/* What a GPU may round, in place of a mistake. */
+enum {
+    ROUGH_HALF_HEIGHT = 101,
+    ROUGH_HALF_DEPTH,
+    ROUGH_NORMAL_10,
+    ROUGH_NORMAL_8,
+    ROUGH_RECIPROCAL,
+    ROUGH_HALF_COTANGENT,
+    ROUGH_ACOS_2,
+    ROUGH_ACOS_4,
+    ROUGH_HALF_ANGLE,
+    ROUGH_NO_FLOOR,
+    ROUGH_HALF_SIGNAL,
+    ROUGH_BYTES
+};
+
+static const struct roughness {
+    int number;
+    const char *text;
+} roughnesses[] = {
+    {ROUGH_HALF_HEIGHT, "heights stored in half"},
+    {ROUGH_HALF_DEPTH, "z stored in half, height from it"},
+    {ROUGH_NORMAL_10, "normals of 10 bits a component"},
+    {ROUGH_NORMAL_8, "normals of 8 bits a component"},
+    {ROUGH_RECIPROCAL, "reciprocals and roots of 12 bits"},
+    {ROUGH_HALF_COTANGENT, "cotangents in half"},
+    {ROUGH_ACOS_2, "acos of two terms"},
+    {ROUGH_ACOS_4, "acos of four terms"},
+    {ROUGH_HALF_ANGLE, "angles in half"},
+    {ROUGH_NO_FLOOR, "without rise_min"},
+    {ROUGH_HALF_SIGNAL, "visibility, weight, bent normal in half"},
+    {ROUGH_BYTES, "the same in 8 bits"},
+};
+enum { ROUGHNESSES = sizeof roughnesses / sizeof *roughnesses };
+
+/* To `bits` significant bits, no finer than `least`. */
+static double to_bits(double x, int bits, double least) {
+    int exponent;
+    double quantum;
+    frexp(x, &exponent);
+    quantum = fmax(ldexp(1.0, exponent - bits), least);
+    return floor(x / quantum + 0.5) * quantum;
+}
+
+static double to_half(double x) {
+    return to_bits(x, 11, 1.0 / 16777216.0);
+}
+
+/* acos by sqrt(1 - |x|) times a polynomial: of two terms, max error 0.009 rad; of four [Abramowitz, Stegun 4.4.45],
+ * 7e-5. */
+static double acos_fit(double x, int terms) {
+    double a = fabs(x), h = 1.5707963 - 0.156583 * a;
+    if (terms == 4)
+        h = 1.5707288 + a * (-0.2121144 + a * (0.0742610 - 0.0187293 * a));
+    h *= sqrt(1.0 - a);
+    return x < 0.0 ? 3.14159265358979 - h : h;
+}
+
 /* ---- what is computed --------------------------------------------------------------------------------------------- */
 
 /* Planes of doubles; a stage rounds them to float when it is done, as a port that stores 32 bits does. */
@@ -196,6 +254,13 @@ static void reduce(replay *r) {
             } else {
                 chosen = height_of(r, x, y);
             }
+            if (chosen > (double)c->sky_limit) {
+                if (r->mistake == ROUGH_HALF_HEIGHT)
+                    chosen = to_half(chosen);
+                if (r->mistake == ROUGH_HALF_DEPTH)
+                    chosen = c->orthographic ? to_half(chosen * (double)c->unit) / (double)c->unit
+                                             : (double)c->unit / to_half((double)c->unit / chosen);
+            }
             r->height[at] = (float)chosen;
             for (size_t k = 0; r->normals.data && k < 3; ++k) {
                 const float *n = r->normals.data + 3 * ((size_t)py * (size_t)r->full.width + (size_t)px);
@@ -294,6 +359,12 @@ static void surface(replay *r) {
                 n[0] = -p[0] / length, n[1] = -p[1] / length, n[2] = -p[2] / length;
             if (r->mistake == MISTAKE_Y_UP)
                 n[1] = -n[1];
+            if (r->mistake == ROUGH_NORMAL_10 || r->mistake == ROUGH_NORMAL_8) {
+                double steps = r->mistake == ROUGH_NORMAL_10 ? 511.0 : 127.0;
+                for (int k = 0; k < 3; ++k)
+                    n[k] = floor(n[k] * steps + 0.5) / steps;
+                normalise(n);
+            }
             for (int k = 0; k < 3; ++k)
                 r->bare[k][i] = (float)n[k];
             if (!solid || !(extent >= (double)c->extent_min))
@@ -443,6 +514,10 @@ static double search(const replay *r, int x, int y, int k, int side, const slice
     double scale = s->length / (unit * s->perp), tangent = -sign * s->no / s->nv, start;
     double gx = (double)r->surface[3][i], gy = (double)r->surface[4][i];
     double floor_rise = s->perp * (double)c->rise_min * unit / s->length, rise_most = floor_rise, cosine, kappa;
+    if (r->mistake == ROUGH_RECIPROCAL)
+        scale = to_bits(scale, 12, 0.0), tangent = to_bits(tangent, 12, 0.0);
+    if (r->mistake == ROUGH_NO_FLOOR)
+        floor_rise = rise_most = 0.0;
     start = cosine = tangent / sqrt(1.0 + tangent * tangent);
     if (r->mistake == MISTAKE_RIGHT_ANGLE)
         rise_most = -tangent / scale; /* cot h = 0 */
@@ -457,6 +532,8 @@ static double search(const replay *r, int x, int y, int k, int side, const slice
         if (!(w > (double)c->sky_limit))
             continue;
         rise = (w - w0) * inv - (gx * ux + gy * uy);
+        if (r->mistake == ROUGH_RECIPROCAL)
+            rise = (w - w0) * to_bits(inv, 12, 0.0) - (gx * ux + gy * uy);
         own = rise * scale + tangent;
         rho = 1.0 + own * own;
         reach = (double)c->reach / s->perp * inv * (c->orthographic ? 1.0 : w);
@@ -471,6 +548,8 @@ static double search(const replay *r, int x, int y, int k, int side, const slice
     *occluded = rise_most > floor_rise || cosine > start;
     if (cosine > start)
         kappa = fmax(kappa, cosine / sqrt(fmax(1.0 - cosine * cosine, 1e-12)));
+    if (r->mistake == ROUGH_HALF_COTANGENT)
+        kappa = to_half(clamp(kappa, -65504.0, 65504.0));
     return clamp(kappa, -(double)c->kappa_limit, (double)c->kappa_limit);
 }
 
@@ -495,6 +574,8 @@ static void slices_and_horizons(replay *r) {
                     length = 1.0;
                 if (r->mistake == MISTAKE_UNSIGNED)
                     n = fabs(n);
+                if (r->mistake == ROUGH_HALF_ANGLE)
+                    n = to_half(n);
                 open = c->weighting == GTAO_WEIGHTING_UNIFORM ? 2.0 : length * (cos(n) + n * sin(n));
                 terms[0] = c->weighting == GTAO_WEIGHTING_UNIFORM ? 0.0f : (float)n;
                 terms[r->count] = r->mistake == MISTAKE_NO_JACOBIAN ? 1.0f : (float)(1.0 / (s.perp * s.perp));
@@ -506,10 +587,10 @@ static void slices_and_horizons(replay *r) {
                     double cosine = kappa / sqrt(1.0 + kappa * kappa);
                     if (r->mistake == MISTAKE_COSINE)
                         h = -cosine;
-                    if (r->mistake == MISTAKE_ACOS) { /* sqrt(1 - |x|) (pi/2 - 0.156583 |x|) */
-                        h = sqrt(1.0 - fabs(cosine)) * (0.5 * pi - 0.156583 * fabs(cosine));
-                        h = cosine < 0.0 ? pi - h : h;
-                    }
+                    if (r->mistake == MISTAKE_ACOS || r->mistake == ROUGH_ACOS_2 || r->mistake == ROUGH_ACOS_4)
+                        h = acos_fit(cosine, r->mistake == ROUGH_ACOS_4 ? 4 : 2);
+                    if (r->mistake == ROUGH_HALF_ANGLE)
+                        h = to_half(h);
                     r->horizons[to] = (float)h;
                     r->occluded[to] = (unsigned char)occluded;
                 }
@@ -591,6 +672,18 @@ static void integrate(replay *r) {
             }
             for (int j = 0; j < 3; ++j)
                 r->raw[2 + j][i] = (float)(len2 >= 1e-12 ? lost[j] : share * normal(r, i, j));
+        }
+}
+
+static void round_signal(replay *r) {
+    for (size_t i = 0; i < r->count; ++i)
+        for (int k = 0; k < 5; ++k) {
+            double x = (double)r->raw[k][i];
+            if (r->mistake == ROUGH_HALF_SIGNAL)
+                x = to_half(x);
+            if (r->mistake == ROUGH_BYTES && k != 1)
+                x = k ? floor(x * 127.0 + 0.5) / 127.0 : floor(x * 255.0 + 0.5) / 255.0;
+            r->raw[k][i] = (float)x;
         }
 }
 
@@ -899,6 +992,7 @@ static void run(replay *r, int mistake) {
     samples(r);
     slices_and_horizons(r);
     integrate(r);
+    round_signal(r);
     if (r->framed && r->f.spatial_passes)
         spatial(r);
     upsample(r);
@@ -1060,13 +1154,61 @@ static int write_sheet(replay *r, const char *path) {
     return ok;
 }
 
+/* ---- the table of what may be rounded ------------------------------------------------------------------------------ */
+
+static double angle_between(const replay *r, float *const *b, size_t i) {
+    double dot = 0.0, cross = 0.0;
+    for (int k = 1; k < 4; ++k) {
+        double x = (double)r->result[k][i], y = (double)b[k][i];
+        dot += x * y, cross += (x - y) * (x - y);
+    }
+    return dot > 0.0 ? 2.0 * asin(fmin(0.5 * sqrt(cross), 1.0)) : acos(clamp(dot, -1.0, 1.0));
+}
+
+static int by_size(const void *a, const void *b) {
+    float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+/* Against the same without: how far the results are off. */
+static int print_roughness(replay *r) {
+    size_t count = r->full_count;
+    float *right[4], *off[2];
+    for (int k = 0; k < 4; ++k)
+        right[k] = plane(r, count);
+    for (int k = 0; k < 2; ++k)
+        off[k] = plane(r, count);
+    if (!off[1])
+        return cli_error("not enough memory");
+    run(r, MISTAKE_NONE);
+    for (int k = 0; k < 4; ++k)
+        memcpy(right[k], r->result[k], count * sizeof(float));
+    puts("| rounded | visibility: RMSE | mean | 99.9 % | bent normal: RMSE, degrees | 99.9 % |\n"
+         "|---|--:|--:|--:|--:|--:|");
+    for (int m = 0; m < ROUGHNESSES; ++m) {
+        double sum = 0.0, mean = 0.0, turned = 0.0;
+        run(r, roughnesses[m].number);
+        for (size_t i = 0; i < count; ++i) {
+            double d = (double)r->result[0][i] - (double)right[0][i], a = angle_between(r, right, i) * 180.0 / pi;
+            sum += d * d, mean += d, turned += a * a;
+            off[0][i] = (float)fabs(d), off[1][i] = (float)a;
+        }
+        for (int k = 0; k < 2; ++k)
+            qsort(off[k], count, sizeof(float), by_size);
+        printf("| %s | %.1e | %+.1e | %.1e | %.3f | %.2f |\n", roughnesses[m].text, sqrt(sum / (double)count),
+               mean / (double)count, (double)off[0][count - 1 - count / 1000], sqrt(turned / (double)count),
+               (double)off[1][count - 1 - count / 1000]);
+    }
+    return 1;
+}
+
 /* ---- options ------------------------------------------------------------------------------------------------------ */
 
-enum { OPT_DUMP, OPT_OUTPUT, OPT_MISTAKE, OPT_LIST, OPT_SHEET, OPT_COUNT };
+enum { OPT_DUMP, OPT_OUTPUT, OPT_MISTAKE, OPT_LIST, OPT_SHEET, OPT_ROUGH, OPT_COUNT };
 
 typedef struct options {
     const char *dump, *output, *sheet;
-    int mistake, list;
+    int mistake, list, rough;
 } options;
 
 static int set_mistake(void *settings, const cli_option *option, const char *value) {
@@ -1098,6 +1240,7 @@ static const cli_option option_table[OPT_COUNT] = {
     [OPT_LIST] = {"--list", NULL, "print the mistakes: number, name, stage, 1 if only at half resolution, what it is",
                   CLI_FLAG(options, list)},
     [OPT_SHEET] = {"--sheet", "FILE.png", "a picture of every mistake", CLI_OUTPUT(options, sheet, ".png")},
+    [OPT_ROUGH] = {"--rough", NULL, "print what comes of what a GPU may round", CLI_FLAG(options, rough)},
 };
 
 static const cli_program program = {"replay",
@@ -1121,8 +1264,8 @@ int main(int argc, char **argv) {
                    mistakes[i].text);
         return 0;
     }
-    if (!o.dump || (!o.output && !o.sheet))
-        return cli_error("DUMP, and -o or --sheet are needed, see --help"), 2;
+    if (!o.dump || (!o.output && !o.sheet && !o.rough))
+        return cli_error("DUMP, and -o, --sheet or --rough are needed, see --help"), 2;
     ok = load(&r, o.dump) && allocate(&r);
     if (ok && o.output) {
         run(&r, o.mistake);
@@ -1130,6 +1273,8 @@ int main(int argc, char **argv) {
     }
     if (ok && o.sheet)
         ok = write_sheet(&r, o.sheet);
+    if (ok && o.rough)
+        ok = print_roughness(&r);
     free_replay(&r);
     return ok ? 0 : 2;
 }

@@ -317,7 +317,7 @@ static void test_python(void **state) {
     run_well(CAMERA "--falloff 0.3 --dump @/a");
     if (finish(start("python3 tests/port/stage.py @/a", 0)) != 0)
         fail_msg("%s%s", printed, message);
-    print_message("%s", printed);
+    print_message("%.500s", printed);
     remove_dump("a");
 }
 
