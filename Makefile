@@ -147,7 +147,7 @@ build/shaders/%.spv: examples/shaders/%.hlsl $(wildcard examples/shaders/*.hlsli
 	$(Q)$(glslang) $< -o $@
 build/shaders/half/%.spv: examples/shaders/%.hlsl $(wildcard examples/shaders/*.hlsli)
 	@mkdir -p $(@D)
-	$(call say,glslang $< (half))
+	$(call say,glslang $@)
 	$(Q)$(glslang) -DHALF=1 $< -o $@
 
 has_port = $(and $(shell command -v glslangValidator),$(call has_header,vulkan/vulkan.h))
@@ -156,9 +156,12 @@ $(obj)/port.a: $(port_objects)
 $(port_objects) $(call objects,examples/port/port.c): | build/setup/port
 port: build/ao | build/setup/port
 	@if [ '$(if $(has_port),yes)' ]; then env -u MAKEFLAGS -u MFLAGS $(MAKE) --no-print-directory \
-	config='$(config)' CC='$(CC)' CFLAGS='$(CFLAGS)' V='$(V)' build/port $(shaders); \
+	config='$(config)' CC='$(CC)' CFLAGS='$(CFLAGS)' V='$(V)' build/port-all; \
 	else echo 'build/port: left out, there is no glslangValidator or no vulkan/vulkan.h'; fi
 
+.PHONY: build/port-all
+build/port-all: build/port $(shaders)
+	@:
 $(eval $(call program,build/port,examples/port/port.c,$(obj)/port.a $(obj)/common.a,-lvulkan $(exr_libs) $$(raster_libs)))
 
 # ---- what to do with them -------------------------------------------------------------------------------------------
@@ -195,10 +198,10 @@ bench-bake: build/bake build/bake_bench bake-mpi
 bench-gis: build/bake build/bake_bench | build/setup/gis
 	tests/bench/gis.sh
 
-test: $(suite_programs) $(programs) bake-mpi | build/setup/test
+test: $(suite_programs) $(programs) bake-mpi port | build/setup/test
 	@tests/run.sh $(suite_programs) tests/determinism.sh
 
-suites: $(suite_programs) $(programs) bake-mpi
+suites: $(suite_programs) $(programs) bake-mpi port
 	@tests/run.sh $(suite_programs)
 
 determinism: | build/setup/test

@@ -100,8 +100,8 @@ static int choose_device(gpu *g, gpu_error *error) {
 
 static int create_device(gpu *g, gpu_error *error) {
     const float priority = 1.0f;
-    VkPhysicalDeviceShaderFloat16Int8Features small = {.sType =
-                                                           VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SHADER_FLOAT16_INT8_FEATURES};
+    VkPhysicalDeviceShaderFloat16Int8Features small = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SHADER_FLOAT16_INT8_FEATURES};
     VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &small};
     VkDeviceQueueCreateInfo queue = {.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
                                      .queueFamilyIndex = g->family,
@@ -115,10 +115,8 @@ static int create_device(gpu *g, gpu_error *error) {
                                         .queueFamilyIndex = g->family};
     VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, GPU_MAX_BUFFERS},
                                     {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1}};
-    VkDescriptorPoolCreateInfo descriptors = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
-                                              .maxSets = 1,
-                                              .poolSizeCount = 2,
-                                              .pPoolSizes = sizes};
+    VkDescriptorPoolCreateInfo descriptors = {
+        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO, .maxSets = 1, .poolSizeCount = 2, .pPoolSizes = sizes};
     VkFenceCreateInfo fence = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     vkGetPhysicalDeviceFeatures2(g->physical, &features);
     memset(&features.features, 0, sizeof features.features);
@@ -194,9 +192,8 @@ static int memory_type(const gpu *g, uint32_t types, uint32_t *chosen) {
 }
 
 static gpu_buffer *buffer_create(gpu *g, size_t count, VkBufferUsageFlags usage, size_t largest, gpu_error *error) {
-    VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-                               .size = (count ? count : 1) * sizeof(float),
-                               .usage = usage};
+    VkBufferCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = (count ? count : 1) * sizeof(float), .usage = usage};
     VkMemoryAllocateInfo allocate = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO};
     VkMemoryRequirements needs;
     gpu_buffer *b = calloc(1, sizeof *b);
@@ -344,7 +341,8 @@ static int reflect(gpu_shader *s, const uint32_t *code, size_t words, gpu_error 
     }
     for (uint32_t i = 0; ok && i < bound; ++i) {
         const spirv_id *v = ids + i;
-        if (v->op != OP_VARIABLE || !v->has_slot || (v->operands[2] != STORAGE_UNIFORM && v->operands[2] != STORAGE_BUFFER))
+        if (v->op != OP_VARIABLE || !v->has_slot ||
+            (v->operands[2] != STORAGE_UNIFORM && v->operands[2] != STORAGE_BUFFER))
             continue;
         uint32_t structure = ids[v->operands[0]].operands[2];
         if (ids[structure].is_buffer || v->operands[2] == STORAGE_BUFFER) {
@@ -369,9 +367,8 @@ static int reflect(gpu_shader *s, const uint32_t *code, size_t words, gpu_error 
 
 gpu_shader *gpu_shader_create(gpu *g, const uint32_t *code, size_t words, gpu_error *error) {
     VkDescriptorSetLayoutBinding slots[GPU_MAX_BUFFERS + 1];
-    VkShaderModuleCreateInfo module = {.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
-                                       .codeSize = words * 4,
-                                       .pCode = code};
+    VkShaderModuleCreateInfo module = {
+        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = words * 4, .pCode = code};
     VkDescriptorSetLayoutCreateInfo set = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
                                            .pBindings = slots};
     VkPipelineLayoutCreateInfo layout = {.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO, .setLayoutCount = 1};

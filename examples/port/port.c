@@ -21,17 +21,25 @@ typedef struct options {
 } options;
 
 static const cli_option option_table[] = {
-    {.name = "--from", .value = "DUMP", .help = "a dump of build/ao: its input, constants and tables",
+    {.name = "--from",
+     .value = "DUMP",
+     .help = "a dump of build/ao: its input, constants and tables",
      CLI_TEXT(options, from)},
     {.name = "--dump", .value = "DIR", .help = "where to write the shaders' dump", CLI_TEXT(options, to)},
     {.name = "--isolated",
      .help = "each stage reads what the library's stages before it wrote; otherwise what the shaders wrote",
      CLI_FLAG(options, isolated)},
-    {.name = "--define", .value = "LIST",
-     .help = "compile the shaders anew with these: \"HALF=1\", \"MISTAKE=7\", spaces between", CLI_TEXT(options, defines)},
-    {.name = "--shaders", .value = "DIR", .help = "compiled shaders (shaders beside this program)",
+    {.name = "--define",
+     .value = "LIST",
+     .help = "compile the shaders anew with these: \"HALF=1\", \"MISTAKE=7\", spaces between",
+     CLI_TEXT(options, defines)},
+    {.name = "--shaders",
+     .value = "DIR",
+     .help = "compiled shaders (shaders beside this program)",
      CLI_TEXT(options, shaders)},
-    {.name = "--sources", .value = "DIR", .help = "their sources, for --define (examples/shaders)",
+    {.name = "--sources",
+     .value = "DIR",
+     .help = "their sources, for --define (examples/shaders)",
      CLI_TEXT(options, sources)},
 };
 

@@ -10,6 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+enum { MOST_AT_ONCE = 8 }; /* channels that image_read_channels takes */
 enum { PATH_SIZE = 4096, MAX_SHADERS = 16, MAX_POOL = 48, MAX_NAMES = 4 * 64, NAME_SIZE = 24 };
 
 static int fail(image_error *error, const char *path, const char *format, ...) {
@@ -77,8 +78,9 @@ void shaders_close(shaders *s) {
 static int compile(const shaders *s, const char *name, image_error *error) {
     enum { MOST = 24 };
     char source[PATH_SIZE + 64], target[PATH_SIZE + 64], defines[sizeof s->defines + 2 * MOST], *at = defines;
-    const char *args[MOST + 16] = {"glslangValidator", "--quiet", "-D", "-V", "-S", "comp", "-e", "main",
-                                   "--hlsl-enable-16bit-types", "--shift-ssbo-binding", "1"};
+    const char *args[MOST + 16] = {
+        "glslangValidator",     "--quiet", "-D", "-V", "-S", "comp", "-e", "main", "--hlsl-enable-16bit-types",
+        "--shift-ssbo-binding", "1"};
     int n = 11, status = 0;
     snprintf(source, sizeof source, "%s/%s.hlsl", s->sources, name);
     snprintf(target, sizeof target, "%s/%s.spv", s->compiled, name);
@@ -360,15 +362,21 @@ static planes *load(frame *f, const char *name, image_error *error) {
             count = i;
     }
     image_free_names(all);
-    if (count == 0 || !image_read_channels(path, wanted, count, &img, error))
-        return NULL;
-    found = create(f, f->reference, &f->reference_count, name, img.width, img.height, count, error);
-    size_t pixels = (size_t)img.width * (size_t)img.height, n = (size_t)count;
-    float *to = found ? gpu_buffer_data(found->buffer) : NULL;
-    for (size_t c = 0; to && c < n; ++c)
-        for (size_t i = 0; i < pixels; ++i)
-            *to++ = img.data[n * i + c];
-    image_free(&img);
+    for (int from = 0; from < count; from += MOST_AT_ONCE) {
+        int n = count - from < MOST_AT_ONCE ? count - from : MOST_AT_ONCE;
+        if (!image_read_channels(path, wanted + from, n, &img, error))
+            return NULL;
+        if (!found)
+            found = create(f, f->reference, &f->reference_count, name, img.width, img.height, count, error);
+        size_t pixels = (size_t)img.width * (size_t)img.height, step = (size_t)n;
+        float *to = found ? gpu_buffer_data(found->buffer) + pixels * (size_t)from : NULL;
+        for (size_t c = 0; to && c < step; ++c)
+            for (size_t i = 0; i < pixels; ++i)
+                *to++ = img.data[step * i + c];
+        image_free(&img);
+        if (!found)
+            return NULL;
+    }
     return found;
 }
 
@@ -458,9 +466,9 @@ typedef struct call {
 
 /* Constants whose names in the shaders are not the keys, since buffers have these. */
 static const char *const renamed[][2] = {
-    {"filter_width", "width"}, {"filter_height", "height"}, {"noise_kind", "noise"},   {"arcs_on", "arcs"},
-    {"slice_count", "slices"}, {"layer_count", "layers"},   {"history_kind", "history"}, {"unit_length", "unit"},
-    {"albedo_rgb", "albedo"},
+    {"filter_width", "width"},   {"filter_height", "height"}, {"noise_kind", "noise"},
+    {"arcs_on", "arcs"},         {"slice_count", "slices"},   {"layer_count", "layers"},
+    {"history_kind", "history"}, {"unit_length", "unit"},     {"albedo_rgb", "albedo"},
 };
 
 static void set_constants(const run *r, const call *c, gpu_shader *shader) {
@@ -618,7 +626,8 @@ int frame_run(frame *f, shaders *s, frame *before, int isolated, image_error *er
     ok = ok && run_stage(&r, &(call){.shader = "multi_bounce", .full_size = 1});
     const setting *roughness = find(f, "specular_roughness");
     for (int i = 0; ok && frame_has_stage(f, "specular") && roughness && i < roughness->count && i < 3; ++i)
-        ok = run_stage(&r, &(call){.shader = "specular", .full_size = 1, .plane = i, .roughness = roughness->values[i]});
+        ok =
+            run_stage(&r, &(call){.shader = "specular", .full_size = 1, .plane = i, .roughness = roughness->values[i]});
     return ok;
 }
 

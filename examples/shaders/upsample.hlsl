@@ -51,9 +51,9 @@ void main(uint3 id : SV_DispatchThreadID) {
                       min(abs(w0 - filter_height_at(block - int2(0, 1))), abs(w0 - filter_height_at(block + int2(0, 1))));
         slack = min(slack * 1.25, max(gtaoi_tolerance(w0) * 2.0, 0.0));
         float inv = 1.0 / (gtaoi_tolerance(w) + slack), total = 0.0;
-        real sum[5];
+        float sum[5];
         for (k = 0; k < 5; k++)
-            sum[k] = (real)0.0;
+            sum[k] = 0.0;
         for (i = 0; SKY_LIMIT < w && i < 4; i++) {
             int2 tap = block + int2(i & 1 ? side.x : 0, i & 2 ? side.y : 0);
             float tap_w = filter_height_at(tap), e = abs(tap_w - w) * inv, share, close;
@@ -68,11 +68,11 @@ void main(uint3 id : SV_DispatchThreadID) {
             total += share;
             int from = at_filter(at_border(tap, size));
             for (k = 0; k < 5; k++)
-                sum[k] += (real)share * ((real)signal[from + k * plane] - out_value[k]);
+                sum[k] += share * (float)((real)signal[from + k * plane] - out_value[k]);
         }
-        /* In 32 bits: where all taps are beyond the tolerance their weights are less than half precision holds. */
+        /* Sums in 32 bits: where all taps are beyond the tolerance their weights are less than half precision holds. */
         for (k = 0; 0.0 < total && k < 5; k++)
-            out_value[k] += (real)((float)sum[k] / total);
+            out_value[k] += (real)(sum[k] / total);
         if (w <= SKY_LIMIT)
             out_value[0] = (real)1.0;
     }
