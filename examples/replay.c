@@ -1098,16 +1098,58 @@ static color shade(const replay *r, const struct mistake *m, size_t i) {
     return c;
 }
 
-/* Of every mistake what comes out, and the difference from what should. */
-static int write_sheet(replay *r, const char *path) {
+/* Half the size of what a mistake makes: on the left what comes out, on the right the difference times a power of 4, grey
+ * where there is none. `right` is as large as the image. */
+static void draw_mistake(replay *r, const struct mistake *m, image *sheet, int x0, int y0, int text, color *right) {
+    const color ink = color_hex(0x202020);
+    const size_t row = (size_t)r->full.width, four[4] = {0, 1, row, row + 1};
+    int w = r->full.width / 2, h = r->full.height / 2;
+    double sum = 0.0;
+    float gain = 1.0f;
+    char label[160];
+    run(r, MISTAKE_NONE);
+    for (size_t i = 0; i < r->full_count; ++i)
+        right[i] = shade(r, m, i);
+    run(r, m->number);
+    for (size_t i = 0; i < r->full_count; ++i) {
+        color c = shade(r, m, i), d = right[i];
+        sum += (double)((c.r - d.r) * (c.r - d.r) + (c.g - d.g) * (c.g - d.g) + (c.b - d.b) * (c.b - d.b)) / 3.0;
+    }
+    sum = sqrt(sum / (double)r->full_count);
+    while (gain < 256.0f && (double)gain * sum < 0.04)
+        gain *= 4.0f;
+    for (int y = 0; y < h; ++y)
+        for (int x = 0; x < w; ++x) {
+            float *to = sheet->data + 3 * ((size_t)(y0 + text + y) * (size_t)sheet->width + (size_t)(x0 + x));
+            color c = {0, 0, 0}, was = {0, 0, 0};
+            for (int k = 0; k < 4; ++k) {
+                size_t from = (size_t)(2 * y) * row + (size_t)(2 * x) + four[k];
+                color part = shade(r, m, from), p = right[from];
+                c.r += 0.25f * part.r, c.g += 0.25f * part.g, c.b += 0.25f * part.b;
+                was.r += 0.25f * p.r, was.g += 0.25f * p.g, was.b += 0.25f * p.b;
+            }
+            if (x > w / 2) {
+                c.r = 0.5f + gain * (c.r - was.r), c.g = 0.5f + gain * (c.g - was.g), c.b = 0.5f + gain * (c.b - was.b);
+            }
+            to[0] = c.r, to[1] = c.g, to[2] = c.b;
+        }
+    snprintf(label, sizeof label, "%d %s: %s, RMSE %.4f, x%d", m->number, m->name, m->stage, sum, (int)gain);
+    canvas_text(sheet, (float)x0, (float)(y0 + 13), CANVAS_LEFT, CANVAS_BOLD, 12.0f, ink, label);
+    canvas_text(sheet, (float)x0, (float)(y0 + 28), CANVAS_LEFT, CANVAS_REGULAR, 12.0f, ink, m->text);
+}
+
+/* Of every mistake what comes out, and the difference from what should. `half` has no pixels, or is the same image at half
+ * resolution. */
+static int write_sheet(replay *r, replay *half, const char *path) {
     enum { COLUMNS = 4, MARGIN = 8, TEXT = 34 };
-    int w = r->full.width / 2, h = r->full.height / 2, shown = 0;
+    int w = r->full.width / 2, h = r->full.height / 2, shown = 0, rows = (MISTAKES + COLUMNS - 1) / COLUMNS, ok;
     image sheet;
     image_pending pending;
     image_error error;
-    color *right = malloc(r->full_count * sizeof *right);
-    const color ink = color_hex(0x202020);
-    int rows = (MISTAKES + COLUMNS - 1) / COLUMNS, ok;
+    color *right;
+    if (half->full_count && half->full_count != r->full_count)
+        return cli_error("--half: its image has another size");
+    right = malloc(r->full_count * sizeof *right);
     if (!right ||
         !image_create(&sheet, COLUMNS * (w + MARGIN) + MARGIN, rows * (h + TEXT + MARGIN) + MARGIN, 3, &error)) {
         free(right);
@@ -1117,33 +1159,11 @@ static int write_sheet(replay *r, const char *path) {
     canvas_load_fonts();
     for (int i = 0; i < MISTAKES; ++i) {
         const struct mistake *m = mistakes + i;
-        int x0 = MARGIN + shown % COLUMNS * (w + MARGIN), y0 = MARGIN + shown / COLUMNS * (h + TEXT + MARGIN);
-        char label[128];
-        if (m->half && r->f.scale != 2)
+        if (m->half && !half->full_count)
             continue;
-        run(r, MISTAKE_NONE);
-        for (size_t k = 0; k < r->full_count; ++k)
-            right[k] = shade(r, m, k);
-        run(r, m->number);
+        draw_mistake(m->half ? half : r, m, &sheet, MARGIN + shown % COLUMNS * (w + MARGIN),
+                     MARGIN + shown / COLUMNS * (h + TEXT + MARGIN), TEXT, right);
         shown++;
-        for (int y = 0; y < h; ++y) /* left half: what comes out; right half: how it differs, grey is equal */
-            for (int x = 0; x < w; ++x) {
-                size_t from = (size_t)(2 * y) * (size_t)r->full.width + (size_t)(2 * x);
-                float *to = sheet.data + 3 * ((size_t)(y0 + TEXT + y) * (size_t)sheet.width + (size_t)(x0 + x));
-                color c = {0, 0, 0}, was = {0, 0, 0};
-                const size_t four[4] = {0, 1, (size_t)r->full.width, (size_t)r->full.width + 1};
-                for (int k = 0; k < 4; ++k) {
-                    color part = shade(r, m, from + four[k]), p = right[from + four[k]];
-                    c.r += 0.25f * part.r, c.g += 0.25f * part.g, c.b += 0.25f * part.b;
-                    was.r += 0.25f * p.r, was.g += 0.25f * p.g, was.b += 0.25f * p.b;
-                }
-                if (x > w / 2)
-                    c.r = 0.5f + c.r - was.r, c.g = 0.5f + c.g - was.g, c.b = 0.5f + c.b - was.b;
-                to[0] = c.r, to[1] = c.g, to[2] = c.b;
-            }
-        snprintf(label, sizeof label, "%s (%s)", m->name, m->stage);
-        canvas_text(&sheet, (float)x0, (float)(y0 + 13), CANVAS_LEFT, CANVAS_BOLD, 13.0f, ink, label);
-        canvas_text(&sheet, (float)x0, (float)(y0 + 28), CANVAS_LEFT, CANVAS_REGULAR, 12.0f, ink, m->text);
     }
     sheet.height = (shown + COLUMNS - 1) / COLUMNS * (h + TEXT + MARGIN) + MARGIN;
     ok = (image_write(path, &sheet, NULL, IMAGE_RANGE_UNIT, &pending, &error) && image_commit(&pending, &error)) ||
@@ -1204,10 +1224,10 @@ static int print_roughness(replay *r) {
 
 /* ---- options ------------------------------------------------------------------------------------------------------ */
 
-enum { OPT_DUMP, OPT_OUTPUT, OPT_MISTAKE, OPT_LIST, OPT_SHEET, OPT_ROUGH, OPT_COUNT };
+enum { OPT_DUMP, OPT_OUTPUT, OPT_MISTAKE, OPT_LIST, OPT_SHEET, OPT_HALF, OPT_ROUGH, OPT_COUNT };
 
 typedef struct options {
-    const char *dump, *output, *sheet;
+    const char *dump, *output, *sheet, *half;
     int mistake, list, rough;
 } options;
 
@@ -1240,6 +1260,8 @@ static const cli_option option_table[OPT_COUNT] = {
     [OPT_LIST] = {"--list", NULL, "print the mistakes: number, name, stage, 1 if only at half resolution, what it is",
                   CLI_FLAG(options, list)},
     [OPT_SHEET] = {"--sheet", "FILE.png", "a picture of every mistake", CLI_OUTPUT(options, sheet, ".png")},
+    [OPT_HALF] = {"--half", "DIR", "for --sheet: a dump at half resolution, for the mistakes that need one",
+                  CLI_TEXT(options, half)},
     [OPT_ROUGH] = {"--rough", NULL, "print what comes of what a GPU may round", CLI_FLAG(options, rough)},
 };
 
@@ -1254,7 +1276,7 @@ static const cli_program program = {"replay",
 int main(int argc, char **argv) {
     static options o;
     static unsigned char given[OPT_COUNT];
-    static replay r;
+    static replay r, half;
     int status = cli_parse(&program, argc, argv, &o, given), ok;
     if (status != CLI_GO)
         return status;
@@ -1272,9 +1294,10 @@ int main(int argc, char **argv) {
         ok = write_dump(&r, o.output);
     }
     if (ok && o.sheet)
-        ok = write_sheet(&r, o.sheet);
+        ok = (!o.half || (load(&half, o.half) && allocate(&half))) && write_sheet(&r, &half, o.sheet);
     if (ok && o.rough)
         ok = print_roughness(&r);
     free_replay(&r);
+    free_replay(&half);
     return ok ? 0 : 2;
 }

@@ -191,7 +191,7 @@ float gtaoi_gradient(float w0, float a1, float a2, float b1, float b2, out float
     ea = has_a ? ea : FLOAT_MAX;
     eb = has_b ? eb : FLOAT_MAX;
     error = min(ea, eb);
-#if MISTAKE == 5 && defined(NORMALS_HLSLI) /* central differences, across edges too */
+#if MISTAKE == 5 && defined(DERIVES_NORMALS) /* central differences, across edges too */
     return 0.5 * (ga + gb);
 #else
     return ea < eb ? ga : eb < ea ? gb : 0.5 * (ga + gb);

@@ -3,6 +3,7 @@
  *     in   height, normals (only for pixels that are not computed), surface, noise, slice_table, horizons, arcs
  *     out  raw   visibility; weight (gtao_output.signal); bent normal x, y, z, before it is normalised
  *          sh    9 coefficients of visibility times cosine (gtao_output.sh); only if `spherical` */
+#define DERIVES_NORMALS
 #include "gtao.hlsli"
 
 StructuredBuffer<float> height : register(t0);

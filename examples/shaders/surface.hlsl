@@ -5,6 +5,7 @@
  *     out  surface    normal x, y, z; gradient of w on the tangent plane x, y; extent of the radius; radius class
  *
  * Class -1 and all else 0: sky, or a radius below a pixel: nothing to compute, visibility 1. */
+#define DERIVES_NORMALS
 #include "gtao.hlsli"
 
 StructuredBuffer<float> height : register(t0);
