@@ -7,6 +7,7 @@
 # make specular   that part of make bench which is about specular occlusion: docs/specular.md and its pictures
 # make bench-bake  tables of docs/baking.md; LARGE=1: also 8192 x 8192 in 512 MiB. make bench-gis: beside SAGA GIS
 # make fuzz       libFuzzer for FUZZ_SECONDS (60); make msan: golden hashes and the corpus under MemorySanitizer
+# make port-docs  the tables and the picture of docs/porting.md
 # make golden     rewrite tests/data/golden.txt (after a deliberate change of the results)
 # make figures    docs/figures/*.gp to svg, and the pictures in README and docs/ from the demos and the viewer
 # make format, make check-format, make coverage, make clean
@@ -66,7 +67,7 @@ bench_programs := $(foreach f,$(benches),$(call program_of,$(f)))
 suite_programs := $(foreach f,$(suites),build/tests/$(basename $(notdir $(f))))
 objects = $(patsubst %.c,$(obj)/%.o,$(1))
 
-.PHONY: all bake-mpi port bench-bake bench-gis demo demo-sequence test suites determinism golden strict bench specular fuzz msan figures \
+.PHONY: all bake-mpi port port-docs bench-bake bench-gis demo demo-sequence test suites determinism golden strict bench specular fuzz msan figures \
     format check-format coverage clean FORCE
 .DELETE_ON_ERROR:
 .PRECIOUS: build/setup/%
@@ -230,6 +231,9 @@ figures: demo demo-sequence build/viewer build/bake build/mesh_to_map | build/se
 	build/bake --height build/demo/mh.exr --normal build/demo/mn.exr --pixel-size 0.00270833331 --no-data nan \
 	  -o build/demo/ao.pfm --bent build/demo/bent.pfm --picture docs/figures/bake_mesh.png
 	@for f in docs/figures/*.gp; do echo "gnuplot $$f" && gnuplot $$f > $${f%.gp}.svg || exit 1; done
+
+port-docs: build/ao build/diff build/replay build/mesh_to_map
+	tests/port/figures.sh docs
 
 sources := $(wildcard *.h examples/*.[ch] examples/common/*.[ch] examples/port/*.[ch] tests/*/*.[ch])
 format: | build/setup/format
