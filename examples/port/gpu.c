@@ -65,7 +65,7 @@ static int fail(gpu_error *error, const char *format, ...) {
     return 0;
 }
 
-/* ---- device ------------------------------------------------------------------------------------------------------- */
+/* ---- device ------------------------------------------------------------------------------------------------------ */
 
 /* A real device before an emulated one. */
 static int choose_device(gpu *g, gpu_error *error) {
@@ -172,7 +172,7 @@ int gpu_halves(const gpu *g) {
     return g->halves;
 }
 
-/* ---- buffers ------------------------------------------------------------------------------------------------------ */
+/* ---- buffers ----------------------------------------------------------------------------------------------------- */
 
 /* Memory the host sees; cached if there is such, since results are read back. */
 static int memory_type(const gpu *g, uint32_t types, uint32_t *chosen) {
@@ -243,7 +243,7 @@ size_t gpu_buffer_count(const gpu_buffer *b) {
     return b->count;
 }
 
-/* ---- names in SPIR-V ---------------------------------------------------------------------------------------------- */
+/* ---- names in SPIR-V --------------------------------------------------------------------------------------------- */
 
 enum { /* instructions, decorations and storage classes of the SPIR-V specification */
        OP_NAME = 5,
@@ -363,7 +363,7 @@ static int reflect(gpu_shader *s, const uint32_t *code, size_t words, gpu_error 
     return ok ? 1 : fail(error, "not SPIR-V that this program understands");
 }
 
-/* ---- shaders ------------------------------------------------------------------------------------------------------ */
+/* ---- shaders ----------------------------------------------------------------------------------------------------- */
 
 gpu_shader *gpu_shader_create(gpu *g, const uint32_t *code, size_t words, gpu_error *error) {
     VkDescriptorSetLayoutBinding slots[GPU_MAX_BUFFERS + 1];

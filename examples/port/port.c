@@ -65,7 +65,7 @@ static void beside(const char *name, char *path, size_t size) {
     snprintf(path, size, "%.3000s%s%s", slash ? self : "build", name[0] ? "/" : "", name);
 }
 
-/* ---- build/ao ----------------------------------------------------------------------------------------------------- */
+/* ---- build/ao ---------------------------------------------------------------------------------------------------- */
 
 /* Runs it with `count` options of its own, into `directory`/dump. */
 static int run_ao(char **args, int count, const char *directory) {
@@ -115,7 +115,7 @@ static void remove_all(const char *path, int depth) {
     rmdir(path);
 }
 
-/* ---- frames ------------------------------------------------------------------------------------------------------- */
+/* ---- frames ------------------------------------------------------------------------------------------------------ */
 
 static int by_name(const void *a, const void *b) {
     return strcmp(a, b);

@@ -23,7 +23,7 @@ static int fail(image_error *error, const char *path, const char *format, ...) {
     return 0;
 }
 
-/* ---- shaders ------------------------------------------------------------------------------------------------------ */
+/* ---- shaders ----------------------------------------------------------------------------------------------------- */
 
 struct shaders {
     gpu *g;
@@ -125,7 +125,7 @@ static gpu_shader *shader_of(shaders *s, const char *name, image_error *error) {
     return s->shader[s->count++] = shader;
 }
 
-/* ---- settings ----------------------------------------------------------------------------------------------------- */
+/* ---- settings ---------------------------------------------------------------------------------------------------- */
 
 /* A key of settings.json. */
 typedef struct setting {
@@ -218,7 +218,7 @@ static int integer(const frame *f, const char *key, int otherwise) {
     return (int)frame_setting(f, key, (float)otherwise);
 }
 
-/* ---- planes ------------------------------------------------------------------------------------------------------- */
+/* ---- planes ------------------------------------------------------------------------------------------------------ */
 
 /* Where planes are in the dump: some of the channels of a file; # stands for the number of each slice. */
 typedef struct place {
@@ -393,7 +393,7 @@ const planes *frame_result_at(const frame *f, int i) {
     return i < f->result_count ? f->result + i : NULL;
 }
 
-/* ---- frames ------------------------------------------------------------------------------------------------------- */
+/* ---- frames ------------------------------------------------------------------------------------------------------ */
 
 frame *frame_open(gpu *g, const char *directory, image_error *error) {
     frame *f = calloc(1, sizeof *f);
@@ -445,7 +445,7 @@ void frame_close(frame *f) {
     free(f);
 }
 
-/* ---- stages ------------------------------------------------------------------------------------------------------- */
+/* ---- stages ------------------------------------------------------------------------------------------------------ */
 
 typedef struct run {
     frame *f, *before;
@@ -631,7 +631,7 @@ int frame_run(frame *f, shaders *s, frame *before, int isolated, image_error *er
     return ok;
 }
 
-/* ---- output ------------------------------------------------------------------------------------------------------- */
+/* ---- output ------------------------------------------------------------------------------------------------------ */
 
 /* All planes of a file. */
 static int write_file(frame *f, dump *d, const char *file, image_error *error) {

@@ -15,8 +15,8 @@ float filter_height_at(int2 p) {
     return any(p < 0) || any(p >= size) ? SKY : height[at_filter(p)];
 }
 
-/* The slope of the surface at a pixel, zero where there is none to be trusted, and by how much it bends: first and second
- * derivatives [J16]. */
+/* The slope of the surface at a pixel, zero where there is none to be trusted, and by how much it bends: first and
+ * second derivatives [J16]. */
 float2 gtaoi_slope(int2 p, float w0, float tolerance, out float bend) {
     float2 g, e;
     g.x = gtaoi_gradient(w0, filter_height_at(p - int2(1, 0)), filter_height_at(p - int2(2, 0)),

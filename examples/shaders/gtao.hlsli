@@ -5,8 +5,8 @@
  * buffers and what may be approximated; examples/port runs them and tests/unit/test_port.c compares them with the C.
  *
  * A buffer holds the planes of the dump's file of the same name one after another, `plane` floats each, rows from the
- * top. On a console they would be textures: replace load() and store(). t registers are read, u registers written, in
- * one numbering.
+ * top. On a console they would be textures, a plane a channel. t registers are read, u registers written, numbered as
+ * one.
  *
  * Define HALF=1 for half-precision arithmetic and storage where it is enough (type real), MISTAKE=n for one of the
  * mistakes that ports make, listed in docs/porting.md: to see what each does to the picture. */
@@ -65,7 +65,7 @@ cbuffer settings : register(b0) {
     float roughness;
 };
 
-/* ---- constants, GTAOI_ in gtao.h ---------------------------------------------------------------------------------- */
+/* ---- constants, GTAOI_ in gtao.h --------------------------------------------------------------------------------- */
 
 static const float PI = 3.14159265;
 static const float SKY = -1.2676506e30;      /* -2^100: height of sky and of anything invalid */
@@ -87,10 +87,10 @@ static const int ESTIMATOR_NORMALIZED = 0, ESTIMATOR_MEMO = 1;
 static const int WEIGHTING_COSINE = 0, WEIGHTING_UNIFORM = 1;
 static const int NOISE_HILBERT = 1;
 
-/* ---- elementary functions ----------------------------------------------------------------------------------------- */
+/* ---- elementary functions ---------------------------------------------------------------------------------------- */
 
-/* acos, x in [-1, 1]: Abramowitz & Stegun 4.4.46, error 3e-7 rad. MISTAKE 13: the two-term fit many shaders use, 0.009
- * rad. */
+/* acos, x in [-1, 1]: Abramowitz & Stegun 4.4.46, error 3e-7 rad. MISTAKE 13: the two-term fit that many shaders use,
+ * 0.009 rad. */
 float gtao_acos(float x) {
     float a = min(abs(x), 1.0), p;
 #if MISTAKE == 13
@@ -137,7 +137,7 @@ float gtao_atan2(float y, float x) {
     return y < 0.0 ? -a : a;
 }
 
-/* ---- pixels ------------------------------------------------------------------------------------------------------- */
+/* ---- pixels ------------------------------------------------------------------------------------------------------ */
 
 int filter_plane() {
     return filter_width * filter_height;

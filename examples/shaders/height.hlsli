@@ -2,8 +2,8 @@
 #ifndef HEIGHT_HLSLI
 #define HEIGHT_HLSLI
 
-/* w of depth z at column x, row y of the image it belongs to: perspective unit / z, orthographic height / unit. SKY where
- * there is nothing. Read the device depth, if there is one: w is linear in it, which no z is. */
+/* w of depth z at column x, row y of the image it belongs to: perspective unit / z, orthographic height / unit. SKY
+ * where there is nothing. Read the device depth, if there is one: w is linear in it, which no z is. */
 float gtaoi_height(float z, int2 p, float bx1, float by1, float cx, float cy) {
     float w;
     bool visible;

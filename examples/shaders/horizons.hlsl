@@ -8,9 +8,9 @@
  *          horizons       of each slice the angle from the view vector on the + and the - side
  *          arcs           of each slice masks of the + and the - side, as low and high 16 bits
  *
- * [J16, J19] search for the greatest cosine; here for the greatest rise above the tangent plane, as slopes of w, which is
- * linear in screen space: no position is rebuilt and a plane occludes nothing (docs/theory.md). Samples are at centres of
- * pixels: fetch with Load, not with a filter. */
+ * [J16, J19] search for the greatest cosine; here for the greatest rise above the tangent plane, as slopes of w, which
+ * is linear in screen space: no position is rebuilt and a plane occludes nothing (docs/theory.md). Samples are at
+ * centres of pixels: fetch with Load, not with a filter. */
 #include "gtao.hlsli"
 
 StructuredBuffer<float> height : register(t0);
@@ -31,7 +31,7 @@ struct Horizons {
     float2 cosine; /* largest attenuated cosine of samples in the falloff ring */
 };
 
-/* ---- where samples are -------------------------------------------------------------------------------------------- */
+/* ---- where samples are ------------------------------------------------------------------------------------------- */
 
 /* Sample j of the + side; the - side's is its mirror image. In every-pixel mode it lies between two taps. */
 struct Sample {
@@ -63,7 +63,7 @@ Sample sample_at(Pixel p, Frame f, int row, int j) {
     bool along_x = abs(f.d.y) <= abs(f.d.x);
     s.fraction = 0.0;
     if (noise_kind != NOISE_HILBERT) {
-        int rows = period * period * slice_count * (every_pixel ? 1 : classes), i = row * steps + j, plane = rows * steps;
+        int i = row * steps + j, plane = period * period * slice_count * (every_pixel ? 1 : classes) * steps;
         s.q = int2((int)samples[i], (int)samples[i + plane]);
         s.inv = samples[i + 2 * plane];
         s.u = float2(samples[i + 3 * plane], samples[i + 4 * plane]);
@@ -102,8 +102,8 @@ float fetch(int plane, int2 p) {
 }
 
 /* Between two pixels: linear within one surface; across an edge the nearer pixel, moved onto the slice's line along the
- * receiver's tangent plane (g_across: its gradient from a to b). `a`, `b`: fronts, which tell; a_value, b_value: what is
- * interpolated. */
+ * receiver's tangent plane (g_across: its gradient from a to b). `a`, `b`: fronts, which tell; a_value, b_value: what
+ * is interpolated. */
 float gtaoi_between(float a, float b, float a_value, float b_value, float fraction, float g_across) {
     float limit = same_surface * (orthographic ? 1.0 : min(abs(a), abs(b)));
     if (abs(b - a) <= limit)
@@ -116,9 +116,9 @@ float gtaoi_own_rise(Pixel p, float2 q, float w) {
     return (w - p.w0 - dot(p.g, q)) / sqrt(dot(q, q));
 }
 
-/* A sample on one side: its height w and rise above the tangent plane, height per pixel; it occludes up to `least`, which
- * is the same but on hollow surfaces: a straight line between two taps lies above those, so of the first samples no higher
- * than either tap in its own direction. */
+/* A sample on one side: its height w and rise above the tangent plane, height per pixel; it occludes up to `least`,
+ * which is the same but on hollow surfaces: a straight line between two taps lies above those, so of the first samples
+ * no higher than either tap in its own direction. */
 void gtaoi_take(Pixel p, Frame f, Sample s, int side, int layer, int j, out float w, out float w_back, out float rise,
                 out float least) {
     int2 sign = side ? int2(-1, -1) : int2(1, 1), q = sign * s.q;
@@ -143,14 +143,14 @@ void gtaoi_take(Pixel p, Frame f, Sample s, int side, int layer, int j, out floa
         least = min(rise, max(gtaoi_own_rise(p, (float2)q, a), gtaoi_own_rise(p, (float2)next, b)));
 }
 
-/* ---- height fields ------------------------------------------------------------------------------------------------ */
+/* ---- height fields ----------------------------------------------------------------------------------------------- */
 
 float side_of(int side, float plus) {
     return side ? -plus : plus;
 }
 
-/* distance^2 = t^2 |b_perp|^2 (1 + kappa^2) / w^2 = (radius / reach)^2 rho. Within the radius, all of a sample counts; in
- * the ring where occlusion fades out, its cosine is lerped from the tangent plane's [J16]:
+/* distance^2 = t^2 |b_perp|^2 (1 + kappa^2) / w^2 = (radius / reach)^2 rho. Within the radius, all of a sample counts;
+ * in the ring where occlusion fades out, its cosine is lerped from the tangent plane's [J16]:
  * distance / radius = rho / (sqrt(rho) reach), cos h = kappa / sqrt(rho). */
 void gtaoi_rise(Pixel p, Frame f, inout Horizons s, int side, Sample q, float w, float rise, float least) {
     if (w <= SKY_LIMIT)
@@ -229,7 +229,7 @@ float gtaoi_kappa(Frame f, Horizons s, int side) {
     return clamp(kappa, -KAPPA_LIMIT, KAPPA_LIMIT);
 }
 
-/* ---- occluders with thickness ------------------------------------------------------------------------------------- */
+/* ---- occluders with thickness ------------------------------------------------------------------------------------ */
 
 /* A sample is a column along its view ray, from front to back: an interval of rises. What reaches down to the tangent
  * plane is kept as a horizon, exactly; what hangs free above it as a mask of sectors (pixel.hlsli). */
@@ -263,7 +263,8 @@ Arcs gtaoi_begin_slice_arcs(Pixel p, Frame f, int k) {
  * endless column l is the tangent plane: the attenuation of the height field. */
 float gtaoi_fade_interval(Frame f, float tangent, float l, float u, float rho, float to_reach) {
     float weight = clamp((1.0 - sqrt(rho) / abs(to_reach)) * inv_falloff, 0.0, 1.0);
-    float kl = min(max(l, 0.0) * f.kappa_scale + tangent, KAPPA_LIMIT), ku = min(u * f.kappa_scale + tangent, KAPPA_LIMIT);
+    float kl = min(max(l, 0.0) * f.kappa_scale + tangent, KAPPA_LIMIT);
+    float ku = min(u * f.kappa_scale + tangent, KAPPA_LIMIT);
     kl = kl / sqrt(kl * kl + 1.0);
     ku = ku / sqrt(ku * ku + 1.0);
     float cosine = kl + weight * (ku - kl);
@@ -276,8 +277,8 @@ uint bits_from(int from) {
 }
 
 /* The sectors between l and u. A sample stands for the stretch of the slice between it and its neighbours: a sheet that
- * hangs free is as wide, `half_step` to both sides, but where a surface goes on; what has a depth is a quarter of a pixel
- * narrower. */
+ * hangs free is as wide, `half_step` to both sides, but where a surface goes on; what has a depth is a quarter of a
+ * pixel narrower. */
 uint gtaoi_hang(Arcs a, Column c, float l, float u, float half_step, float inv) {
     bool sheet = c.front - c.back <= abs(c.front) * 1e-3;
     half_step = sheet ? half_step : half_step - 0.25 * inv;
@@ -389,7 +390,7 @@ void gtaoi_search_arcs(Pixel p, Frame f, int k, inout Horizons s, inout Arcs a) 
         gtaoi_absorb(a, s, side);
 }
 
-/* ---- the stage ---------------------------------------------------------------------------------------------------- */
+/* ---- the stage --------------------------------------------------------------------------------------------------- */
 
 /* The angle whose cotangent is kappa, 0 .. pi. */
 float angle_of(float kappa) {

@@ -19,8 +19,8 @@ RWStructuredBuffer<float> sh : register(u11);
 #include "pixel.hlsli"
 #include "normals.hlsli"
 
-/* Sums over the slices of a pixel. `lost_`: the open hemisphere less what is seen, subtracted in the end, so that what is
- * open stays exact. */
+/* Sums over the slices of a pixel. `lost_`: the open hemisphere less what is seen, subtracted in the end, so that what
+ * is open stays exact. */
 struct Sum {
     float visible, open; /* sum J a, sum J a of an open slice */
     float jacobian_open; /* the latter with the Jacobian, whatever the estimator */
@@ -51,8 +51,10 @@ struct Moments {
 /* Between angles h0 < h1 on one side, cosine-weighted, with np the normal projected into the slice: n.v = |np| cos n,
  * n.o = |np| sin n. The [J19] arc integral and Eq. 20-21, but with no other angle than h1 - h0:
  *   a   = ((s1^2 - s0^2) n.v + D n.o) / 2,   D = h1 - h0 - s1 c1 + s0 c0
- *   T_o = (s1^3 - s0^3) n.v / 3 + (c0 - c1 + (c1^3 - c0^3) / 3) n.o,   T_v = (c0^3 - c1^3) n.v / 3 + (s1^3 - s0^3) n.o / 3
- *   M_vv = (c0^4 - c1^4) n.v / 4 + E n.o / 8,   M_ov = E n.v / 8 + (s1^4 - s0^4) n.o / 4,   E = D + 2 (s1^3 c1 - s0^3 c0)
+ *   T_o = (s1^3 - s0^3) n.v / 3 + (c0 - c1 + (c1^3 - c0^3) / 3) n.o
+ *   T_v = (c0^3 - c1^3) n.v / 3 + (s1^3 - s0^3) n.o / 3
+ *   M_vv = (c0^4 - c1^4) n.v / 4 + E n.o / 8,   M_ov = E n.v / 8 + (s1^4 - s0^4) n.o / 4
+ *   E = D + 2 (s1^3 c1 - s0^3 c0)
  * and uniformly weighted 1, w and w w^T instead of (n.w) times that. */
 Moments between(Side h0, Side h1, float nv, float no) {
     Moments m;
@@ -96,7 +98,7 @@ void gtaoi_lose(Pixel p, Frame f, Moments m, float sign, inout Sum sum) {
 void gtaoi_integrate(Pixel p, Frame f, float2 h, inout Sum sum) {
     float jacobian = slice_jacobian(f), weight = estimator == ESTIMATOR_MEMO ? 1.0 : jacobian, lost = 0.0;
     float open = f.open;
-    /* Where both sides rise by no more than RISE_MIN in cot h, sin(limit - h) / (sin limit sin h), the slice is open. */
+    /* The slice is open where both sides rise by no more than RISE_MIN in cot h: sin(limit - h) / (sin limit sin h). */
     Side at[2], limit[2];
     int side;
     bool occluded = false;

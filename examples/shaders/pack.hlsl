@@ -29,8 +29,8 @@ float sign_not_zero(float x) {
     return x < 0.0 ? -1.0 : 1.0;
 }
 
-/* The sphere onto an octahedron, whose lower half is folded out into the corners of a square: 11 bits an axis, within 0.12
- * degrees. Towards the eye is z = -1, where most normals are: the half that is not folded. */
+/* The sphere onto an octahedron, whose lower half is folded out into the corners of a square: 11 bits an axis, within
+ * 0.12 degrees. Towards the eye is z = -1, where most normals are: the half that is not folded. */
 uint pack_octahedral(float visibility, float3 b) {
     float2 o = b.xy / (abs(b.x) + abs(b.y) + abs(b.z));
     if (b.z > 0.0)

@@ -48,8 +48,8 @@ Pixel read_pixel(int2 at, float w0) {
     p.len = sqrt(dot(p.r, p.r) + 1.0);
     p.inv_len = 1.0 / p.len;
     p.n = float3(surface[i], surface[i + plane], surface[i + 2 * plane]);
-    /* n.v of a normal at the silhouette is what cancellation leaves: a fused multiply-add gives another one, and in the
-     * fourth digit other horizons (not another visibility, which weighs them by n.v). */
+    /* n.v of a normal at the silhouette is what cancellation leaves: another order or a fused multiply-add gives
+     * another one, and from the third digit on other horizons (not another visibility, which weighs them by n.v). */
     precise float nr = p.n.x * p.r.x + p.n.y * p.r.y + p.n.z;
     p.nv = max(-nr * p.inv_len, 0.5 * FACING_MIN);
     p.inv_nv = 1.0 / p.nv;

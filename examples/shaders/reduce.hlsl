@@ -28,8 +28,8 @@ float gtaoi_beyond(float a, float b) {
     return SKY_LIMIT < a && abs(d) <= tolerance ? a + d : a;
 }
 
-/* The height that stands for 2x2 pixels and which of them it is, 0 .. 3; within one surface moved to the block's centre,
- * so that planes stay the planes that the normals tell. */
+/* The height that stands for 2x2 pixels and which of them it is, 0 .. 3; within one surface moved to the block's
+ * centre, so that planes stay the planes that the normals tell. */
 float gtaoi_choose(float w[4], int2 p, out int which) {
     float nearest = w[0], farthest = SKY_LIMIT < w[0] ? w[0] : FLOAT_MAX;
     int of_nearest = 0, of_farthest = 0;
@@ -44,7 +44,7 @@ float gtaoi_choose(float w[4], int2 p, out int which) {
         }
     }
     farthest = SKY_LIMIT < nearest ? farthest : nearest; /* all sky */
-    bool far_one = reduction == REDUCE_FARTHEST || (reduction == REDUCE_CHECKERBOARD && (p.x + p.y & 1) != 0);
+    bool far_one = reduction == REDUCE_FARTHEST || (reduction == REDUCE_CHECKERBOARD && ((p.x + p.y) & 1) != 0);
     which = far_one ? of_farthest : of_nearest;
     float chosen = far_one ? farthest : nearest;
     float across = w[which ^ 1] - chosen, down = w[which ^ 2] - chosen;

@@ -1,6 +1,6 @@
 /* specular.hlsl - specular visibility [J16] from visibility, bent normal, normal, view vector and roughness by a table
- * that gtso_bake made: gtso.h's default, the full BRDF with n = b over aperture (an angle), beta (stored by its distance
- * from the cone's edge) and roughness.
+ * that gtso_bake made: gtso.h's default, the full BRDF with n = b over aperture (an angle), beta (stored by its
+ * distance from the cone's edge) and roughness.
  *
  *     in   result, surface (image resolution), specular_table (aperture fastest, then beta, then roughness)
  *     out  specular    plane `specular_plane`

@@ -1,5 +1,5 @@
-/* surface.hlsl - what the search needs to know of each pixel. In gtao.h it is the first part of the kernel that searches
- * (gtaoi_setup, gtaoi_face); here a stage, so that it can be compared.
+/* surface.hlsl - what the search needs to know of each pixel. In gtao.h it is the first part of the kernel that
+ * searches (gtaoi_setup, gtaoi_face); here a stage, so that it can be compared.
  *
  *     in   height, normals (planes x, y, z; before to_view)
  *     out  surface    normal x, y, z; gradient of w on the tangent plane x, y; extent of the radius; radius class

@@ -1,5 +1,5 @@
-/* temporal.hlsl - exponential accumulation in time [J16]. A pixel's history counts its frames, so that the first ones are
- * averaged; it is at most max_history frames long, less for what moves.
+/* temporal.hlsl - exponential accumulation in time [J16]. A pixel's history counts its frames, so that the first ones
+ * are averaged; it is at most max_history frames long, less for what moves.
  *
  *     in   height, signal (after the spatial filter), motion (x, y, z)
  *          height_before, history_before    of the frame before; not read if `fresh`
@@ -20,8 +20,8 @@ static const float BLUR_COST = 0.6;   /* part of its length that a history loses
 static const int HISTORY_CLAMP = 0, HISTORY_VARIANCE = 1;
 static const int LENGTH = 1, SPEED = 5, LAST = 6, DEVIATION = 7; /* planes of a history */
 
-/* Where the pixel's surface was in the previous frame: pixel coordinates (centres at whole numbers) and height; false if
- * nowhere. P' = R P + t; with P = z r and heights unit / z that is R r + t w. */
+/* Where the pixel's surface was in the previous frame: pixel coordinates (centres at whole numbers) and height; false
+ * if nowhere. P' = R P + t; with P = z r and heights unit / z that is R r + t w. */
 bool gtaoi_reproject(int2 p, float w, out float2 q, out float qw) {
     bool valid = SKY_LIMIT < w;
     q = (float2)p;
@@ -85,8 +85,8 @@ void main(uint3 id : SV_DispatchThreadID) {
     for (k = 0; k < 5; k++)
         now[k] = (real)signal[at + k * plane];
 
-    /* [J16] each of the four bilinear taps is tested on its own, in the one direction that tells disocclusion: a history
-     * that was nearer than the surface is another's. */
+    /* [J16] each of the four bilinear taps is tested on its own, in the one direction that tells disocclusion: a
+     * history that was nearer than the surface is another's. */
     float share_sum = 0.0, length_sum = 0.0, speed_sum = 0.0;
     float2 base = floor(q), part = q - base;
     float inv = 1.0 / (qw * disocclusion_scale + disocclusion_bias);

@@ -47,8 +47,9 @@ void main(uint3 id : SV_DispatchThreadID) {
         static const float bilinear[4] = {9.0 / 16.0, 3.0 / 16.0, 3.0 / 16.0, 1.0 / 16.0};
         int2 side = int2(p.x & 1 ? 1 : -1, p.y & 1 ? 1 : -1);
         float w = gtaoi_height(depth[at_image(p)], p, full_bx1, full_by1, full_cx, full_cy), w0 = height[at];
-        float slack = min(abs(w0 - filter_height_at(block - int2(1, 0))), abs(w0 - filter_height_at(block + int2(1, 0)))) +
-                      min(abs(w0 - filter_height_at(block - int2(0, 1))), abs(w0 - filter_height_at(block + int2(0, 1))));
+        float left = filter_height_at(block - int2(1, 0)), right = filter_height_at(block + int2(1, 0));
+        float above = filter_height_at(block - int2(0, 1)), below = filter_height_at(block + int2(0, 1));
+        float slack = min(abs(w0 - left), abs(w0 - right)) + min(abs(w0 - above), abs(w0 - below));
         slack = min(slack * 1.25, max(gtaoi_tolerance(w0) * 2.0, 0.0));
         float inv = 1.0 / (gtaoi_tolerance(w) + slack), total = 0.0;
         float sum[5];

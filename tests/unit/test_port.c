@@ -1,6 +1,6 @@
-/* The shaders of examples/shaders against the C, stage by stage: build/ao writes what lies between its stages, build/port
- * runs each shader on what the C wrote before that stage, and every channel is compared. Without a Vulkan driver, or
- * without build/port, all of it is skipped. */
+/* The shaders of examples/shaders against the C, stage by stage: build/ao writes what lies between its stages,
+ * build/port runs each shader on what the C wrote before that stage, and every channel is compared. Without a Vulkan
+ * driver, or without build/port, all of it is skipped. */
 #include "tool.h"
 
 #include "examples/common/dump.h"
@@ -11,7 +11,7 @@
 
 static char why_not[200]; /* shaders cannot run */
 
-/* ---- scenes ------------------------------------------------------------------------------------------------------- */
+/* ---- scenes ------------------------------------------------------------------------------------------------------ */
 
 enum { CROP_W = 200, CROP_H = 120 };
 
@@ -104,7 +104,7 @@ static const struct scene {
 };
 enum { SCENES = sizeof scenes / sizeof *scenes, FRAMES = 4 };
 
-/* ---- comparing ---------------------------------------------------------------------------------------------------- */
+/* ---- comparing --------------------------------------------------------------------------------------------------- */
 
 /* How far a shader's channel may be from the C's: |a - b| <= tolerance max(1, |a|) but for `outliers` of the pixels,
  * where one of the two lies on the other side of a comparison. The first that the channel's name starts with counts. */
@@ -114,17 +114,17 @@ typedef struct bound {
 } bound;
 
 /* Single precision: 1e-4, and RMSE 1e-4. Horizons: a sample just within the radius for one and just beyond it for the
- * other, a sample's position rounded to another pixel, a grazing normal's rounding; in the weighted sum no more than the
- * bound of raw. Masks: an end of an arc between two sectors. Bytes: values between two. Length of the history: nothing
- * left of it by the clamp or a little. Uniform weighting: slices between open and nearly so, 2^-12 of cot h. */
+ * other, a sample's position rounded to another pixel, a grazing normal's rounding; in the weighted sum no more than
+ * the bound of raw. Masks: an end of an arc between two sectors. Bytes: values between two. Length of the history:
+ * nothing left of it by the clamp or a little. Uniform weighting: slices between open and nearly so, 2^-12 of cot h. */
 static const bound single_bounds[] = {
     {"horizons.", 1e-4, 1e-3},       {"arcs.", 0.0, 1e-3}, {"raw.visibility", 1e-4, 2e-3}, {"packed.", 1e-4, 1e-3},
     {"temporal.length", 1e-4, 5e-3}, {"", 1e-4, 0.0},
 };
 
 /* Half precision: storage of all that HALF makes small and arithmetic of the filters. Angles up to pi, visibilities and
- * bent normals up to 1: half a unit in the last place, and what filters make of that. Where the directions cancel, a bent
- * normal is what is left: outliers of result. The table is steep where a cone's edge meets a mirror's lobe. */
+ * bent normals up to 1: half a unit in the last place, and what filters make of that. Where the directions cancel, a
+ * bent normal is what is left: outliers of result. The table is steep where a cone's edge meets a mirror's lobe. */
 static const bound half_bounds[] = {
     {"horizons.", 1e-3, 1e-3}, {"arcs.", 0.0, 1e-3},
     {"raw.", 5e-4, 1e-3},      {"sh.", 3e-4, 1e-3},
@@ -206,7 +206,7 @@ static int compare_dumps(const char *scene, const char *a, const char *b, const 
     return -1;
 }
 
-/* ---- running ------------------------------------------------------------------------------------------------------ */
+/* ---- running ----------------------------------------------------------------------------------------------------- */
 
 static void run_ao(const char *options, const char *to) {
     char line[1000];
@@ -246,7 +246,7 @@ static void compare_scene(const struct scene *s, const bound *bounds, const char
     remove_tree("b");
 }
 
-/* ---- tests -------------------------------------------------------------------------------------------------------- */
+/* ---- tests ------------------------------------------------------------------------------------------------------- */
 
 static void test_stages(void **state) {
     (void)state;
