@@ -232,7 +232,7 @@ figures: demo demo-sequence build/viewer build/bake build/mesh_to_map | build/se
 	  -o build/demo/ao.pfm --bent build/demo/bent.pfm --picture docs/figures/bake_mesh.png
 	@for f in docs/figures/*.gp; do echo "gnuplot $$f" && gnuplot $$f > $${f%.gp}.svg || exit 1; done
 
-port-docs: build/ao build/diff build/replay build/mesh_to_map
+port-docs: build/ao build/diff build/replay build/mesh_to_map port
 	tests/port/figures.sh docs
 
 sources := $(wildcard *.h examples/*.[ch] examples/common/*.[ch] examples/port/*.[ch] tests/*/*.[ch])

@@ -65,9 +65,9 @@ bool gtaoi_reproject(int2 p, float w, out float2 q, out float qw) {
 }
 
 /* The signal of a pixel beside, which goes on beyond the border. */
-real signal_beside(int2 p) {
+float signal_beside(int2 p) {
     int2 size = int2(filter_width, filter_height);
-    return (real)signal[at_filter(border == BORDER_WRAP ? at_border(p, size) : clamp(p, 0, size - 1))];
+    return (float)(real)signal[at_filter(border == BORDER_WRAP ? at_border(p, size) : clamp(p, 0, size - 1))];
 }
 
 [numthreads(8, 8, 1)]
@@ -81,18 +81,19 @@ void main(uint3 id : SV_DispatchThreadID) {
     bool valid = gtaoi_reproject(p, w0, q, qw);
     if (moved || input_motion)
         g = gtaoi_slope(p, w0, gtaoi_tolerance(w0), bend);
-    real now[5], past[5];
+    /* Half precision here only for what is stored: the clamp weighs differences of nearly equal numbers. */
+    float now[5], past[5];
     for (k = 0; k < 5; k++)
-        now[k] = (real)signal[at + k * plane];
+        now[k] = (float)(real)signal[at + k * plane];
 
     /* [J16] each of the four bilinear taps is tested on its own, in the one direction that tells disocclusion: a
      * history that was nearer than the surface is another's. */
     float share_sum = 0.0, length_sum = 0.0, speed_sum = 0.0;
     float2 base = floor(q), part = q - base;
     float inv = 1.0 / (qw * disocclusion_scale + disocclusion_bias);
-    real value[5], last = (real)0.0, deviation = (real)0.0;
+    float value[5], last = 0.0, deviation = 0.0;
     for (k = 0; k < 5; k++)
-        value[k] = (real)0.0;
+        value[k] = 0.0;
     for (i = 0; valid && !fresh && i < 4; i++) {
         int2 corner = int2(i & 1, i >> 1), tap = (int2)base + corner;
         float share = (corner.x ? part.x : 1.0 - part.x) * (corner.y ? part.y : 1.0 - part.y);
@@ -110,16 +111,16 @@ void main(uint3 id : SV_DispatchThreadID) {
         share_sum += share;
         length_sum += share * history_before[from + LENGTH * plane];
         speed_sum += share * history_before[from + SPEED * plane];
-        last += (real)share * (real)history_before[from + LAST * plane];
-        deviation += (real)share * (real)history_before[from + DEVIATION * plane];
+        last += share * (float)(real)history_before[from + LAST * plane];
+        deviation += share * (float)(real)history_before[from + DEVIATION * plane];
         for (k = 0; k < 5; k++)
             if (k != LENGTH)
-                value[k] += (real)share * ((real)history_before[from + k * plane] - now[k]);
+                value[k] += share * ((float)(real)history_before[from + k * plane] - now[k]);
     }
     bool has = 1.0 / 16.0 < share_sum;
     float norm = 1.0 / (has ? share_sum : 1.0);
     for (k = 0; k < 5; k++)
-        past[k] = has ? now[k] + value[k] * (real)norm : now[k];
+        past[k] = has ? now[k] + value[k] * norm : now[k];
 
     /* Shorter by the taps that were rejected, and by the detail that reading between pixels costs. */
     float blur = dot(part, 1.0 - part), length_now = has ? length_sum * (1.0 - blur * BLUR_COST) : 0.0;
@@ -127,10 +128,10 @@ void main(uint3 id : SV_DispatchThreadID) {
     float speed = valid ? sqrt(dot(step, step)) * (float)scale : 0.0;
     /* [J16] velocity weight: 0 at 4 pixels a frame */
     float calm = max(1.0 - abs(speed - (has ? speed_sum * norm : speed)) * 0.25, 0.0);
-    real change = (real)abs(now[0] - last * (real)norm);
-    deviation = has ? deviation * (real)norm : (real)0.0;
-    deviation = has ? deviation + (real)0.125 * (change - deviation) : (real)0.0;
-    change = (real)abs(now[0] - past[0]);
+    float change = abs(now[0] - last * norm);
+    deviation = has ? deviation * norm : 0.0;
+    deviation = has ? deviation + 0.125 * (change - deviation) : 0.0;
+    change = abs(now[0] - past[0]);
 #if MISTAKE == 18 /* histories that nothing clamps */
     bool clamps = false;
 #else
@@ -139,27 +140,27 @@ void main(uint3 id : SV_DispatchThreadID) {
     if (clamps) {
         /* the four 2x2 means around the pixel, as bilinear taps at its corners fetch them; and what one frame deviates
          * from the history by chance */
-        real least = now[0], greatest = now[0];
+        float least = now[0], greatest = now[0];
         for (i = 0; i < 4; i++) {
             int2 side = int2(i & 1 ? 1 : -1, i & 2 ? 1 : -1);
-            real mean = (real)0.25 * ((now[0] + signal_beside(p + int2(side.x, 0))) +
-                                      (signal_beside(p + int2(0, side.y)) + signal_beside(p + side)));
-            least = (real)min(least, mean);
-            greatest = (real)max(greatest, mean);
+            float mean = 0.25 * ((now[0] + signal_beside(p + int2(side.x, 0))) +
+                                 (signal_beside(p + int2(0, side.y)) + signal_beside(p + side)));
+            least = min(least, mean);
+            greatest = max(greatest, mean);
         }
-        real wider = (real)max((real)(calm * clamp_window) * (greatest - least), deviation * (real)CLAMP_NOISE);
-        real clamped = (real)max(min(past[0], greatest + wider), least - wider);
+        float wider = max(calm * clamp_window * (greatest - least), deviation * CLAMP_NOISE);
+        float clamped = max(min(past[0], greatest + wider), least - wider);
         /* the rest of the signal goes as far towards the new frame as the visibility did, and as much of the history
          * counts no more */
-        float away = min((float)abs(past[0] - clamped) / max((float)change, 1e-12), 1.0);
+        float away = min(abs(past[0] - clamped) / max(change, 1e-12), 1.0);
         for (k = 2; k < 5; k++)
-            past[k] += (real)away * (now[k] - past[k]);
+            past[k] += away * (now[k] - past[k]);
         length_now *= 1.0 - away;
         past[0] = clamped;
     } else if (history_kind == HISTORY_VARIANCE) {
         /* beyond three deviations (of a normal distribution: 1.25 times the mean one) the history is shortened by the
          * square of the excess */
-        float chance = max((float)deviation * 3.75, 1e-3), excess = chance / max((float)change, chance);
+        float chance = max(deviation * 3.75, 1e-3), excess = chance / max(change, chance);
         length_now *= excess * excess;
     }
 
@@ -169,9 +170,9 @@ void main(uint3 id : SV_DispatchThreadID) {
     length_now = min(length_now, limit - 1.0) + 1.0;
     for (k = 0; k < 5; k++)
         if (k != LENGTH)
-            history[at + k * plane] = (float)(past[k] + (real)(1.0 / length_now) * (now[k] - past[k]));
+            history[at + k * plane] = (float)(real)(past[k] + 1.0 / length_now * (now[k] - past[k]));
     history[at + LENGTH * plane] = length_now;
     history[at + SPEED * plane] = speed;
-    history[at + LAST * plane] = (float)now[0];
-    history[at + DEVIATION * plane] = (float)deviation;
+    history[at + LAST * plane] = (float)(real)now[0];
+    history[at + DEVIATION * plane] = (float)(real)deviation;
 }

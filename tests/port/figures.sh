@@ -1,6 +1,7 @@
 #!/bin/sh
 # figures.sh [DOCS]: the tables and the picture of docs/porting.md, into build/port-docs and, with DOCS, into that
-# directory. Reads tests/data; needs build/ao, build/diff, build/replay, build/mesh_to_map.
+# directory. Reads tests/data; needs build/ao, build/diff, build/replay, build/mesh_to_map,
+# build/port and a Vulkan driver.
 set -eu
 export LC_ALL=C.UTF-8
 out=build/port-docs
@@ -55,6 +56,8 @@ end=$(date +%s%N)
 echo "1440x1440, as many pixels as 1920x1080, two slices: $(((end - start) / 1000000)) ms on two cores for reading," \
     "computing and writing $(du -sm "$out/large" | cut -f1) MB." > "$out/dump-time.md"
 rm -rf "$out/large" "$out/large.exr" "$out/normal.exr"
+
+tests/port/shaders.sh "$out"
 
 if [ $# -gt 0 ]; then
     cp "$out/mistakes.png" "$1/figures/mistakes.png"
