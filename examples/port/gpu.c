@@ -168,9 +168,6 @@ void gpu_destroy(gpu *g) {
 const char *gpu_name(const gpu *g) {
     return g->name;
 }
-int gpu_halves(const gpu *g) {
-    return g->halves;
-}
 
 /* ---- buffers ----------------------------------------------------------------------------------------------------- */
 
@@ -248,6 +245,7 @@ size_t gpu_buffer_count(const gpu_buffer *b) {
 enum { /* instructions, decorations and storage classes of the SPIR-V specification */
        OP_NAME = 5,
        OP_MEMBER_NAME = 6,
+       OP_CAPABILITY = 17,
        OP_TYPE_INT = 21,
        OP_TYPE_FLOAT = 22,
        OP_TYPE_VECTOR = 23,
@@ -258,6 +256,7 @@ enum { /* instructions, decorations and storage classes of the SPIR-V specificat
        OP_VARIABLE = 59,
        OP_DECORATE = 71,
        OP_MEMBER_DECORATE = 72,
+       CAPABILITY_FLOAT16 = 9,
        DECORATION_BUFFER_BLOCK = 3,
        DECORATION_NON_WRITABLE = 24,
        DECORATION_BINDING = 33,
@@ -310,12 +309,12 @@ static void read_constants(gpu_shader *s, const spirv_id *ids, uint32_t structur
     s->constants_size = (end + 15u) & ~15u;
 }
 
-static int reflect(gpu_shader *s, const uint32_t *code, size_t words, gpu_error *error) {
+static int reflect(const gpu *g, gpu_shader *s, const uint32_t *code, size_t words, gpu_error *error) {
     if (words < 5 || code[0] != 0x07230203u || code[3] > 1u << 20)
         return fail(error, "not SPIR-V");
     uint32_t bound = code[3];
     spirv_id *ids = calloc(bound, sizeof *ids);
-    int ok = ids != NULL;
+    int ok = ids != NULL, halves = 0;
     for (size_t at = 5; ok && at < words;) {
         const uint32_t *o = code + at + 1;
         uint32_t op = code[at] & 0xffff, length = code[at] >> 16;
@@ -323,6 +322,7 @@ static int reflect(gpu_shader *s, const uint32_t *code, size_t words, gpu_error 
             ok = 0;
             break;
         }
+        halves |= op == OP_CAPABILITY && o[0] == CAPABILITY_FLOAT16;
         if (op == OP_NAME && o[0] < bound)
             ids[o[0]].name = (const char *)(o + 1);
         if (op == OP_DECORATE && o[0] < bound) {
@@ -360,6 +360,8 @@ static int reflect(gpu_shader *s, const uint32_t *code, size_t words, gpu_error 
         }
     }
     free(ids);
+    if (halves && !g->halves)
+        return fail(error, "%.120s has no arithmetic of 16-bit floats", g->name);
     return ok ? 1 : fail(error, "not SPIR-V that this program understands");
 }
 
@@ -379,7 +381,7 @@ gpu_shader *gpu_shader_create(gpu *g, const uint32_t *code, size_t words, gpu_er
         return NULL;
     }
     memset(slots, 0, sizeof slots);
-    int ok = reflect(s, code, words, error);
+    int ok = reflect(g, s, code, words, error);
     if (ok && s->constants_size)
         ok = (s->values = buffer_create(g, s->constants_size / 4, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
                                         g->limits.maxUniformBufferRange, error)) != NULL;

@@ -17,7 +17,6 @@ typedef struct gpu gpu;
 gpu *gpu_create(gpu_error *error);
 void gpu_destroy(gpu *g); /* after everything made with it */
 const char *gpu_name(const gpu *g);
-int gpu_halves(const gpu *g); /* nonzero: 16-bit floats in arithmetic */
 
 typedef struct gpu_buffer gpu_buffer;
 gpu_buffer *gpu_buffer_create(gpu *g, size_t count, gpu_error *error); /* of zeros */

@@ -10,6 +10,7 @@
 #include <math.h>
 
 static char why_not[200]; /* shaders cannot run */
+static int halves = 1;    /* half precision can */
 
 /* ---- scenes ------------------------------------------------------------------------------------------------------ */
 
@@ -266,7 +267,8 @@ static void test_stages(void **state) {
     for (int i = 0; i < SCENES; ++i) {
         run_ao(scenes[i].options, "a");
         compare_scene(scenes + i, single_bounds, "--isolated");
-        compare_scene(scenes + i, half_bounds, "--isolated --shaders build/shaders/half");
+        if (halves)
+            compare_scene(scenes + i, half_bounds, "--isolated --shaders build/shaders/half");
         remove_tree("a");
     }
 }
@@ -445,6 +447,12 @@ static int setup(void **state) {
     crop_file("tests/data/jacksboro.pfm", 40, 90, "terrain.exr", NULL);
     write_analytic();
     write_text("camera.txt", cameras);
+    run_ao(BALL "--radius 0.5 --steps 1 --slices 1", "a");
+    tool = "port";
+    if (run("--from @/a --dump @/b --shaders build/shaders/half") != 0 && strstr(message, "16-bit")) {
+        print_message("# note: half precision not tested: %s", message);
+        halves = 0;
+    }
     return 0;
 }
 
