@@ -438,12 +438,13 @@ GTAO_API int gtao_isa_available(gtao_isa isa);    /* compiled in and supported h
     I(depth_kind)                                                                                                      \
     I(border)                                                                                                          \
     I(estimator)                                                                                                       \
-    I(weighting) I(noise) I(frame) I(orthographic) I(bounded) I(every_pixel) I(arcs) I(clip) I(cosines) I(layers)      \
-        I(slices) I(steps) I(period) I(classes) I(class_base) F(radius) F(falloff) F(thin_blend) F(step_power)         \
-            F(extent_min) F(extent_max) F(max_radius) F(bx1) F(by1) F(cx) F(cy) F(unit) F(reach) F(inner2)             \
-                F(inv_falloff) F(w_scale) F(w_bias) F(w_numerator) F(w_far) F(w_max) F(z_sky) V(to_view, 9)            \
-                    F(same_surface) F(connect) F(thickness) F(weight_scale) F(sky) F(sky_limit) F(ray_limit) F(w_min)  \
-                        F(ortho_limit) F(kappa_limit) F(rise_min) F(facing_min) F(arc_limit) I(sectors)
+    I(weighting)                                                                                                       \
+    I(noise) I(frame) I(orthographic) I(bounded) I(every_pixel) I(arcs) I(clip) I(cosines) I(layers) I(slices)         \
+        I(steps) I(period) I(classes) I(class_base) F(radius) F(falloff) F(thin_blend) F(step_power) F(extent_min)     \
+            F(extent_max) F(max_radius) F(bx1) F(by1) F(cx) F(cy) F(unit) F(reach) F(inner2) F(inv_falloff) F(w_scale) \
+                F(w_bias) F(w_numerator) F(w_far) F(w_max) F(z_sky) V(to_view, 9) F(same_surface) F(connect)           \
+                    F(thickness) F(weight_scale) F(sky) F(sky_limit) F(ray_limit) F(w_min) F(ortho_limit)              \
+                        F(kappa_limit) F(rise_min) F(facing_min) F(arc_limit) I(sectors)
 
 typedef struct gtao_constants {
 #define GTAOI_I(name) int name;
@@ -566,9 +567,10 @@ GTAO_API const gtao_context *gtao_frame_image(const gtao_frame_context *context)
     I(spatial_passes)                                                                                                  \
     I(temporal)                                                                                                        \
     I(fresh)                                                                                                           \
-    I(moved) I(history) I(max_history) I(motion_components) V(window0, 5) V(window1, 5) F(tolerance_scale)             \
-        F(tolerance_bias) F(clamp_window) F(clamp_noise) F(blur_cost) F(disocclusion_scale) F(disocclusion_bias)       \
-            V(before, 12) F(before_fx) F(before_fy) F(before_cx) F(before_cy)
+    I(moved)                                                                                                           \
+    I(history) I(max_history) I(motion_components) V(window0, 5) V(window1, 5) F(tolerance_scale) F(tolerance_bias)    \
+        F(clamp_window) F(clamp_noise) F(blur_cost) F(disocclusion_scale) F(disocclusion_bias) V(before, 12)           \
+            F(before_fx) F(before_fy) F(before_cx) F(before_cy)
 
 typedef struct gtao_frame_constants {
     GTAO_FRAME_CONSTANTS(GTAOI_I, GTAOI_F, GTAOI_V)
@@ -654,6 +656,7 @@ GTAO_API size_t gtao_sweep_work_size(const gtao_desc *desc, const gtao_sweep_opt
 GTAO_API gtao_result gtao_sweep_begin(const gtao_desc *desc, const gtao_output *output,
                                       const gtao_sweep_options *options, void *scratch, size_t scratch_size,
                                       gtao_sweep **sweep);
+GTAO_API const gtao_context *gtao_sweep_context(const gtao_sweep *sweep); /* constants, directions, heights */
 GTAO_API int gtao_sweep_phases(const gtao_sweep *sweep);
 GTAO_API int gtao_sweep_units(const gtao_sweep *sweep, int phase);
 /* Units [unit_begin, unit_end) of a phase; `work` is gtao_sweep_work_size bytes that no other thread uses meanwhile. */
@@ -3557,6 +3560,10 @@ GTAO_API gtao_result gtao_sweep_begin(const gtao_desc *desc, const gtao_output *
     for (i = 1; i <= (size_t)l.farthest; i++)
         s->inverse[i] = s->inverse[-(ptrdiff_t)i] = (float)(1.0 / (double)i);
     return GTAO_OK;
+}
+
+GTAO_API const gtao_context *gtao_sweep_context(const gtao_sweep *sweep) {
+    return sweep->c;
 }
 
 /* Phases: heights; gradients and the turned buffers; then, for every batch of slices, lines and rows. */

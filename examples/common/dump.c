@@ -262,6 +262,13 @@ static void frame_constants(dump *d, const gtao_frame_context *frame) {
 #undef FLOATS
 }
 
+static void begin_settings(dump *d, const gtao_context *search) {
+    dump_integer(d, "dump", 1);
+    dump_integer(d, "version", GTAO_VERSION);
+    dump_text(d, "isa", gtao_isa_name(gtao_context_isa(search)));
+    constants(d, search, "");
+}
+
 int dump_planes(dump *d, int width, int height, int slices, int arcs, int signal, gtao_output *output,
                 image_error *error) {
     size_t plane = (size_t)width * (size_t)height * sizeof(float), k = (size_t)slices;
@@ -333,21 +340,34 @@ static int dump_noise(dump *d, const gtao_constants *c, image_error *error) {
     return ok;
 }
 
+static int dump_directions(dump *d, const gtao_context *context, const gtao_constants *c, image_error *error) {
+    static const char *const fields[] = {"slice_dx", "slice_dy", "slice_bx", "slice_by", "slice_bb"};
+    size_t directions = (size_t)(c->period * c->period * c->slices);
+    float *values = malloc(5 * directions * sizeof *values);
+    if (!values)
+        return no_memory(d, error);
+    for (size_t i = 0; i < directions; ++i) {
+        gtao_direction s = gtao_context_direction(context, (int)i / c->slices, (int)i % c->slices);
+        values[i] = s.dx, values[directions + i] = s.dy, values[2 * directions + i] = s.bx;
+        values[3 * directions + i] = s.by, values[4 * directions + i] = s.bb;
+    }
+    for (size_t i = 0; i < 5; ++i)
+        dump_floats(d, fields[i], values + i * directions, (int)directions);
+    free(values);
+    return 1;
+}
+
 /* The directions and the numbers of samples as keys, the samples as an image. */
 static int dump_tables(dump *d, const gtao_context *context, const gtao_constants *c, image_error *error) {
     static const char *const names[] = {"qx", "qy", "inv_length", "ux", "uy"};
-    static const char *const fields[] = {"slice_dx", "slice_dy", "slice_bx", "slice_by", "slice_bb"};
     size_t directions = (size_t)(c->period * c->period * c->slices), lists = directions * (size_t)c->classes;
     size_t rows = c->every_pixel ? directions : lists, steps = (size_t)c->steps;
-    float *values = malloc(5 * directions * sizeof *values), *counts = malloc(lists * sizeof *counts);
+    float *counts = malloc(lists * sizeof *counts);
     gtao_tap *taps = malloc(steps * sizeof *taps);
     float *samples = rows <= IMAGE_MAX_SIZE ? calloc(rows * steps * 5, sizeof *samples) : NULL;
-    int ok = values && counts && taps && (samples || rows > IMAGE_MAX_SIZE);
+    int ok = counts && taps && (samples || rows > IMAGE_MAX_SIZE);
     for (size_t i = 0; ok && i < directions; ++i) {
         int phase = (int)i / c->slices, k = (int)i % c->slices;
-        gtao_direction s = gtao_context_direction(context, phase, k);
-        values[i] = s.dx, values[directions + i] = s.dy, values[2 * directions + i] = s.bx;
-        values[3 * directions + i] = s.by, values[4 * directions + i] = s.bb;
         for (int r = 0; r < c->classes; ++r) {
             size_t list = i * (size_t)c->classes + (size_t)r;
             int n = gtao_context_taps(context, phase, k, r, taps);
@@ -362,21 +382,28 @@ static int dump_tables(dump *d, const gtao_context *context, const gtao_constant
     if (ok) {
         planes p;
         p.count = 0;
-        for (int i = 0; i < 5; ++i) {
-            dump_floats(d, fields[i], values + (size_t)i * directions, (int)directions);
+        for (int i = 0; i < 5; ++i)
             add(&p, samples + i, 5, (ptrdiff_t)steps * 20, "%s", names[i]);
-        }
+        ok = dump_directions(d, context, c, error);
         dump_floats(d, "sample_count", counts, (int)lists);
-        if (samples)
+        if (ok && samples)
             ok = dump_stage(d, "samples", c->steps, (int)rows, p.plane, p.count, error);
     } else {
         no_memory(d, error);
     }
-    free(values);
     free(counts);
     free(taps);
     free(samples);
     return ok;
+}
+
+static int dump_horizons(dump *d, const gtao_constants *c, const float *horizons, image_error *error) {
+    planes p;
+    p.count = 0;
+    for (int i = 0; i < 2 * c->slices; ++i)
+        add(&p, horizons + (size_t)i * (size_t)c->width * (size_t)c->height, 1, (ptrdiff_t)c->width * 4, "%02d.%s",
+            i / 2, i % 2 ? "minus" : "plus");
+    return dump_stage(d, "horizons", c->width, c->height, p.plane, p.count, error);
 }
 
 int dump_search(dump *d, const gtao_context *search, const gtao_context *whole, const gtao_output *output,
@@ -388,10 +415,7 @@ int dump_search(dump *d, const gtao_context *search, const gtao_context *whole, 
     int ok;
     gtao_context_constants(search, &c);
     plane = (size_t)c.width * (size_t)c.height, row = (ptrdiff_t)c.width * 4;
-    dump_integer(d, "dump", 1);
-    dump_integer(d, "version", GTAO_VERSION);
-    dump_text(d, "isa", gtao_isa_name(gtao_context_isa(search)));
-    constants(d, search, "");
+    begin_settings(d, search);
     constants(d, whole, "full_");
     ok = dump_heights(d, search, &c, error);
     if (ok) {
@@ -412,12 +436,7 @@ int dump_search(dump *d, const gtao_context *search, const gtao_context *whole, 
             add(&p, output->slices + (size_t)i * plane, 1, row, "%02d.%s", i / 3, names[i % 3]);
         ok = dump_stage(d, "slices", c.width, c.height, p.plane, p.count, error);
     }
-    if (ok) {
-        p.count = 0;
-        for (int i = 0; i < 2 * c.slices; ++i)
-            add(&p, output->horizons + (size_t)i * plane, 1, row, "%02d.%s", i / 2, i % 2 ? "minus" : "plus");
-        ok = dump_stage(d, "horizons", c.width, c.height, p.plane, p.count, error);
-    }
+    ok = ok && dump_horizons(d, &c, output->horizons, error);
     if (ok && output->arcs) { /* halves of the masks, which floats hold exactly */
         size_t count = 2 * (size_t)c.slices * plane;
         float *halves = malloc(2 * count * sizeof *halves);
@@ -533,6 +552,33 @@ static int dump_specular(dump *d, const gtao_constants *c, const float *visibili
     return ok;
 }
 
+/* The result, as floats and as bytes. */
+static int dump_packed(dump *d, const gtao_constants *c, const float *visibility, const float *bent,
+                       image_error *error) {
+    size_t count = (size_t)c->width * (size_t)c->height;
+    ptrdiff_t row = (ptrdiff_t)c->width * 4;
+    float *four = malloc(4 * count * sizeof *four);
+    planes p;
+    int ok;
+    if (!four)
+        return no_memory(d, error);
+    p.count = 0;
+    add(&p, visibility, 1, row, "visibility");
+    add_vector(&p, bent, 3, 3 * row, "bent");
+    ok = dump_stage(d, "result", c->width, c->height, p.plane, p.count, error);
+    for (size_t i = 0; i < count; ++i) {
+        uint32_t bytes = gtao_pack(visibility[i], bent + 3 * i);
+        for (size_t k = 0; k < 4; ++k)
+            four[4 * i + k] = (float)(bytes >> 8 * k & 255u);
+    }
+    p.count = 0;
+    add(&p, four, 4, 4 * row, "visibility");
+    add_vector(&p, four + 1, 4, 4 * row, "bent");
+    ok = ok && dump_stage(d, "packed", c->width, c->height, p.plane, p.count, error);
+    free(four);
+    return ok;
+}
+
 int dump_result(dump *d, const gtao_context *whole, const float *visibility, const float *bent, const float *sh,
                 const float *surface, const float albedo[3], image_error *error) {
     static const char *const rgb[] = {"visibility", "R", "G", "B"};
@@ -548,20 +594,7 @@ int dump_result(dump *d, const gtao_context *whole, const float *visibility, con
     if (!four)
         return no_memory(d, error);
 
-    p.count = 0;
-    add(&p, visibility, 1, row, "visibility");
-    add_vector(&p, bent, 3, 3 * row, "bent");
-    ok = dump_stage(d, "result", c.width, c.height, p.plane, p.count, error);
-
-    for (size_t i = 0; i < count; ++i) {
-        uint32_t bytes = gtao_pack(visibility[i], bent + 3 * i);
-        for (size_t k = 0; k < 4; ++k)
-            four[4 * i + k] = (float)(bytes >> 8 * k & 255u);
-    }
-    p.count = 0;
-    add(&p, four, 4, 4 * row, "visibility");
-    add_vector(&p, four + 1, 4, 4 * row, "bent");
-    ok = ok && dump_stage(d, "packed", c.width, c.height, p.plane, p.count, error);
+    ok = dump_packed(d, &c, visibility, bent, error);
 
     if (sh) {
         p.count = 0;
@@ -583,4 +616,16 @@ int dump_result(dump *d, const gtao_context *whole, const float *visibility, con
     if (surface)
         ok = ok && dump_specular(d, &c, visibility, bent, surface, error);
     return ok;
+}
+
+int dump_sweep(dump *d, const gtao_desc *desc, const gtao_sweep *sweep, const float *visibility, const float *bent,
+               const float *horizons, image_error *error) {
+    const gtao_context *context = gtao_sweep_context(sweep);
+    gtao_constants c;
+    gtao_context_constants(context, &c);
+    if (!dump_input(d, desc, NULL, error))
+        return 0;
+    begin_settings(d, context);
+    return dump_directions(d, context, &c, error) && dump_heights(d, context, &c, error) &&
+           dump_horizons(d, &c, horizons, error) && dump_packed(d, &c, visibility, bent, error);
 }

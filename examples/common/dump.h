@@ -49,5 +49,8 @@ int dump_signal(dump *d, const gtao_context *context, const float *signal, int p
 /* result, packed, sh (nine planes, or null), multi_bounce, and specular where surface.exr has the image's size. */
 int dump_result(dump *d, const gtao_context *whole, const float *visibility, const float *bent, const float *sh,
                 const float *surface, const float albedo[3], image_error *error);
+/* Of a sweep, after its last phase: input, height, horizons (planes as gtao_sweep_options has them), result, packed. */
+int dump_sweep(dump *d, const gtao_desc *desc, const gtao_sweep *sweep, const float *visibility, const float *bent,
+               const float *horizons, image_error *error);
 
 #endif

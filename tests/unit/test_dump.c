@@ -28,7 +28,7 @@ static void save(const char *name, const float *data, int width, int height, int
 /* A floor that rises into the distance, a ball on it, thin posts before it, and sky above; at the left edge a wall. */
 static int setup(void **state) {
     static const char *const names_z[] = {"Z"}, *const names_n[] = {"N.X", "N.Y", "N.Z"};
-    float heights[PIXELS], distance[PIXELS];
+    float heights[PIXELS], hills[PIXELS], distance[PIXELS];
     (void)state;
     for (int i = 0; i < PIXELS; ++i) {
         float x = ((float)(i % WIDTH) + 0.5f - 0.5f * WIDTH) / 70.0f;
@@ -48,6 +48,7 @@ static int setup(void **state) {
         if (i % WIDTH < 3)
             z[i] = 2.437f, normal[0] = 0.6f, normal[1] = 0.0f, normal[2] = -0.8f;
         distance[i] = z[i] * sqrtf(rr);
+        hills[i] = 3.0f * sinf(0.11f * (float)(i % WIDTH)) * cosf(0.13f * (float)(i / WIDTH));
         heights[i] = 0.8f * sinf(0.37f * (float)(i % WIDTH)) * cosf(0.23f * (float)(i / WIDTH)) +
                      (i % 7 == 0 ? 1.3f : 0.0f) + 0.07f * sinf(0.0013f * (float)i * (float)i);
     }
@@ -57,6 +58,7 @@ static int setup(void **state) {
     save("d.exr", distance, WIDTH, HEIGHT, 1, names_z);
     save("n.exr", n, WIDTH, HEIGHT, 3, names_n);
     save("h.exr", heights, WIDTH, HEIGHT, 1, names_z);
+    save("g.exr", hills, WIDTH, HEIGHT, 1, names_z);
     return 0;
 }
 
@@ -78,7 +80,7 @@ static void remove_dump(const char *name) {
 }
 
 static int teardown(void **state) {
-    static const char *const names[] = {"z.exr", "d.exr",   "n.exr",   "h.exr",   "v.exr",
+    static const char *const names[] = {"g.exr", "z.exr",   "d.exr",   "n.exr",   "h.exr",  "v.exr",
                                         "w.exr", "z.0.exr", "z.1.exr", "v.0.exr", "v.1.exr"};
     static const char *const dumps[] = {"a", "b", "half", "replayed", "heat"};
     (void)state;
@@ -178,6 +180,52 @@ static void test_bad_dumps(void **state) {
     remove_file("v.exr");
     run_badly("--depth @/no.exr --focal 70 -o @/v.exr --dump @/b", "no.exr");
     remove_dump("a");
+}
+
+/* Tables: what is stored at a texel is what gtso_table_exact says of the point that the dump gives for it. */
+static void test_lut(void **state) {
+    static const char *const axes[] = {"aperture", "beta", "roughness"}, *const value[] = {"table"};
+    gtso_table_desc table;
+    image points, texels;
+    image_error error;
+    (void)state;
+    memset(&table, 0, sizeof table);
+    table.size[0] = 9, table.size[1] = 8, table.size[2] = 10;
+    run_tool_well("lut", "--size 9,8,10 --dump @/a", 0);
+    assert_true(image_read_channels(in_directory("a/points.exr"), axes, 3, &points, &error));
+    assert_true(image_read_channels(in_directory("a/table.exr"), value, 1, &texels, &error));
+    assert_true(points.width == 9 && points.height == 80 && texels.width == 9 && texels.height == 80);
+    for (int i = 0; i < 9 * 80; i += 37) {
+        gtso_point p = {points.data[3 * i], points.data[3 * i + 1], points.data[3 * i + 2], 0.0f, 0.0f};
+        assert_true(fabsf(gtso_table_exact(&table, &p) - texels.data[i]) < 2e-4f);
+    }
+    image_free(&points);
+    image_free(&texels);
+    remove_dump("a");
+}
+
+/* A sweep: the dump's visibility is the file's, with the dump and without, and its horizons are those of the march. */
+static void test_bake(void **state) {
+    static const char line[] = "--height @/g.exr --pixel-size 0.5 --directions 5";
+    char arguments[400];
+    (void)state;
+    snprintf(arguments, sizeof arguments, "%s -o @/w.exr", line);
+    run_tool_well("bake", arguments, 0);
+    snprintf(arguments, sizeof arguments, "%s -o @/v.exr --dump @/b", line);
+    run_tool_well("bake", arguments, 0);
+    run_tool_well("diff", "@/w.exr @/v.exr", 0);
+    run_well("--depth @/g.exr --depth-kind height --ortho 0.5 --radius inf --slices 5 --steps 0 --noise none"
+             " -o @/v.exr --dump @/a");
+    run_tool_well("diff",
+                  "@/a @/b --partial --only input,height,horizons,result --tolerance horizons=0.02"
+                  " --tolerance result=0.02 --outliers 0.08",
+                  0);
+    remove_dump("a");
+    remove_dump("b");
+    tool = "bake";
+    snprintf(arguments, sizeof arguments, "%s -o @/v.exr --tile 30 --dump @/b", line);
+    run_badly(arguments, "--dump");
+    tool = "ao";
 }
 
 /* ---- diff ---------------------------------------------------------------------------------------------------------- */
@@ -438,11 +486,10 @@ static void test_planes(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_bits), cmocka_unit_test(test_sequence),
-        cmocka_unit_test(test_bad_dumps), cmocka_unit_test(test_diff_of_images),
-        cmocka_unit_test(test_bad_diffs), cmocka_unit_test(test_replay),
-        cmocka_unit_test(test_mistakes),  cmocka_unit_test(test_python),
-        cmocka_unit_test(test_planes),    cmocka_unit_test(test_horizons_to_specular),
+        cmocka_unit_test(test_same_bits), cmocka_unit_test(test_sequence), cmocka_unit_test(test_bad_dumps),
+        cmocka_unit_test(test_lut),       cmocka_unit_test(test_bake),     cmocka_unit_test(test_diff_of_images),
+        cmocka_unit_test(test_bad_diffs), cmocka_unit_test(test_replay),   cmocka_unit_test(test_mistakes),
+        cmocka_unit_test(test_python),    cmocka_unit_test(test_planes),   cmocka_unit_test(test_horizons_to_specular),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }
