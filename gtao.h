@@ -1374,7 +1374,7 @@ struct gtao_context {
     float to_view[9];             /* normal_axes * normal_to_view */
     int transform_normals;
     int arcs;        /* occluders have thickness: unions of arcs */
-    int clip;        /* some backs are known: such columns count as far as they are within the radius */
+    int clip;        /* bit k: backs of layer k are known: such columns count as far as they are within the radius */
     float connect;   /* height difference per pixel within which samples are one surface, as same_surface */
     int layer_count; /* with the first */
     gtao_layer layer[1 + GTAO_MAX_LAYERS];
@@ -1877,7 +1877,7 @@ static void gtaoi_begin_arcs(gtao_context *c, float unit) {
     for (i = 0; i < c->layer_count; i++) {
         if (!c->layer[i].depth_stride)
             c->layer[i].depth_stride = (ptrdiff_t)d->width * 4;
-        c->clip |= c->bounded && c->layer[i].back;
+        c->clip |= (c->bounded && c->layer[i].back) << i;
         if (!c->layer[i].back_stride)
             c->layer[i].back_stride = (ptrdiff_t)d->width * 4;
     }

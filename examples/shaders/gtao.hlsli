@@ -47,7 +47,7 @@ cbuffer settings : register(b0) {
     int slice_count, steps, period, classes, class_base;
     int input_normals, input_motion; /* whether there are any */
     int spherical;                   /* spherical harmonics are wanted */
-    int clip;                        /* backs are depths of back faces: columns count as far as the radius reaches */
+    int clip;                        /* bit k: backs of layer k are depths of back faces, not assumed */
     int layer_count;
     float thin_blend, step_power;
     float extent_min, extent_max, max_radius;

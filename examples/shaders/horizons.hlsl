@@ -382,7 +382,7 @@ void gtaoi_search_arcs(Pixel p, Frame f, int k, inout Horizons s, inout Arcs a) 
                 float w, w_back, rise, least;
                 gtaoi_take(p, f, q, side, layer, j, w, w_back, rise, least);
                 gtaoi_visit_column(p, f, a, column[side], s, side, q, w, w_back, rise, least, spacing * connect,
-                                   0.5 * spacing * q.inv, clip && bounded);
+                                   0.5 * spacing * q.inv, (clip >> layer & 1) != 0);
             }
         }
     }
