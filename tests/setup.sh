@@ -88,7 +88,7 @@ for part in "$@"; do
         optional=1
         need glslang-tools tool glslangValidator
         need libvulkan-dev header vulkan/vulkan.h
-        need mesa-vulkan-drivers test -e /usr/share/vulkan/icd.d
+        need mesa-vulkan-drivers sh -c 'cat /usr/share/vulkan/icd.d/*.json || cat /etc/vulkan/icd.d/*.json'
         ;;
     *)
         echo "$usage" >&2
