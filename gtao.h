@@ -433,19 +433,15 @@ GTAO_API int gtao_isa_available(gtao_isa isa);    /* compiled in and supported h
 
 /* Everything that the kernels take from a description, resolved: I(integer) F(float) V(floats, how many). Meanings:
  * docs/porting.md. */
+/* clang-format off */
 #define GTAO_CONSTANTS(I, F, V)                                                                                        \
-    I(width)                                                                                                           \
-    I(height)                                                                                                          \
-    I(depth_kind)                                                                                                      \
-    I(border)                                                                                                          \
-    I(estimator)                                                                                                       \
-    I(weighting)                                                                                                       \
-    I(noise) I(frame) I(orthographic) I(bounded) I(every_pixel) I(arcs) I(clip) I(cosines) I(layers) I(slices)         \
-        I(steps) I(period) I(classes) I(class_base) F(radius) F(falloff) F(thin_blend) F(step_power) F(extent_min)     \
-            F(extent_max) F(max_radius) F(bx1) F(by1) F(cx) F(cy) F(unit) F(reach) F(inner2) F(inv_falloff) F(w_scale) \
-                F(w_bias) F(w_numerator) F(w_far) F(w_max) F(z_sky) V(to_view, 9) F(same_surface) F(connect)           \
-                    F(thickness) F(weight_scale) F(sky) F(sky_limit) F(ray_limit) F(w_min) F(ortho_limit)              \
-                        F(kappa_limit) F(rise_min) F(facing_min) F(arc_limit) I(sectors)
+    I(width) I(height) I(depth_kind) I(border) I(estimator) I(weighting) I(noise) I(frame) I(orthographic)             \
+    I(bounded) I(every_pixel) I(arcs) I(clip) I(cosines) I(layers) I(slices) I(steps) I(period) I(classes)             \
+    I(class_base) F(radius) F(falloff) F(thin_blend) F(step_power) F(extent_min) F(extent_max) F(max_radius) F(bx1)    \
+    F(by1) F(cx) F(cy) F(unit) F(reach) F(inner2) F(inv_falloff) F(w_scale) F(w_bias) F(w_numerator) F(w_far)          \
+    F(w_max) F(z_sky) V(to_view, 9) F(same_surface) F(connect) F(thickness) F(weight_scale) F(sky) F(sky_limit)        \
+    F(ray_limit) F(w_min) F(ortho_limit) F(kappa_limit) F(rise_min) F(facing_min) F(arc_limit) I(sectors)
+/* clang-format on */
 
 typedef struct gtao_constants {
 #define GTAOI_I(name) int name;
@@ -562,16 +558,13 @@ GTAO_API const float *gtao_frame_stage_plane(const gtao_frame_context *context, 
 GTAO_API const gtao_context *gtao_frame_image(const gtao_frame_context *context);
 
 /* What the filters take from a description, as GTAO_CONSTANTS. */
+/* clang-format off */
 #define GTAO_FRAME_CONSTANTS(I, F, V)                                                                                  \
-    I(scale)                                                                                                           \
-    I(reduction)                                                                                                       \
-    I(spatial_passes)                                                                                                  \
-    I(temporal)                                                                                                        \
-    I(fresh)                                                                                                           \
-    I(moved)                                                                                                           \
-    I(history) I(max_history) I(motion_components) V(window0, 5) V(window1, 5) F(tolerance_scale) F(tolerance_bias)    \
-        F(clamp_window) F(clamp_noise) F(blur_cost) F(disocclusion_scale) F(disocclusion_bias) V(before, 12)           \
-            F(before_fx) F(before_fy) F(before_cx) F(before_cy)
+    I(scale) I(reduction) I(spatial_passes) I(temporal) I(fresh) I(moved) I(history) I(max_history)                    \
+    I(motion_components) V(window0, 5) V(window1, 5) F(tolerance_scale) F(tolerance_bias) F(clamp_window)              \
+    F(clamp_noise) F(blur_cost) F(disocclusion_scale) F(disocclusion_bias) V(before, 12) F(before_fx) F(before_fy)     \
+    F(before_cx) F(before_cy)
+/* clang-format on */
 
 typedef struct gtao_frame_constants {
     GTAO_FRAME_CONSTANTS(GTAOI_I, GTAOI_F, GTAOI_V)

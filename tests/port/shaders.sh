@@ -20,7 +20,7 @@ build/ao --sequence "$work/depth.%d.exr" --camera "$work/camera.txt" --focal "$f
 for precision in single half; do
     [ $precision = half ] && shaders=build/shaders/half || shaders=build/shaders
     for frame in one two; do
-        build/port --from "$work/$frame" --dump "$work/$frame-$precision" --isolated --shaders $shaders
+        build/port --from "$work/$frame" --dump "$work/$frame-$precision" --isolated --shaders "$shaders"
     done
     {
         build/diff "$work/one" "$work/one-$precision" | grep -E '^(surface|horizons|raw|sh|multi_bounce|specular)\.' || true
