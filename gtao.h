@@ -47,6 +47,7 @@
  *     gtao_share_rows, gtao_refine_begin, gtao_refine_rows: more effort where the image needs it (error_target).
  *     gtao_sweep_begin, gtao_sweep_run: the same by sweeping lines, at any radius, for baking.
  *   3 gtao_arc, gtao_arc_bent, gtao_noise_at, gtao_multi_bounce, ...: the formulas, for those who port them.
+ *     gtao_output.horizons, gtao_context_constants, ...: what lies between the stages (docs/porting.md).
  *   depth, normals -> prepare (height, by noise phase) -> horizons -> integrate -> visibility, bent normals, SH
  *                  -> reduce -> prepare -> horizons -> spatial filter -> temporal filter -> upsample (docs/frames.md)
  *
@@ -178,7 +179,7 @@ extern "C" {
     X(GTAO_ERROR_ESTIMATOR, "estimator: unknown")                                                                      \
     X(GTAO_ERROR_WEIGHTING, "weighting: unknown")                                                                      \
     X(GTAO_ERROR_NOISE, "noise: unknown")                                                                              \
-    X(GTAO_ERROR_TARGET, "error_target: must be 0 or positive, with the memo's noise, not in frames and sweeps")       \
+    X(GTAO_ERROR_TARGET, "error_target: must be 0 or positive, with the memo's noise; no frame, sweep, horizons")      \
     X(GTAO_ERROR_ISA, "isa: unknown, not compiled in, or not supported by this machine")                               \
     X(GTAO_ERROR_OUTPUT, "output: null, or no buffer in it")                                                           \
     X(GTAO_ERROR_OUTPUT_FORMAT, "visibility_format: unknown")                                                          \
@@ -187,7 +188,7 @@ extern "C" {
     X(GTAO_ERROR_OUTPUT_SH, "sh_bands, sh_stride, sh_plane_stride: 0 (3), 2 or 3 bands, apart by multiples of 4 "      \
                             "bytes; sh: not in a frame")                                                               \
     X(GTAO_ERROR_SCRATCH, "scratch, context: null, or smaller than gtao_scratch_size()")                               \
-    X(GTAO_ERROR_SWEEP, "estimator, thin_blend, thickness, back, layers, signal: not in a sweep")                      \
+    X(GTAO_ERROR_SWEEP, "estimator, thin_blend, thickness, back, layers, signal, horizons ..: not in a sweep")         \
     X(GTAO_ERROR_REGION, "region: must be a part of the image, or all zero")                                           \
     X(GTAO_ERROR_HORIZONS, "horizon_stride, horizon_plane: rows or planes overlap or are misaligned")                  \
     X(GTAO_ERROR_BEYOND, "beyond: needs an orthographic camera, an open border and a beyond_reach of 1..2^20")         \
@@ -392,6 +393,19 @@ typedef struct gtao_output {
     ptrdiff_t sh_stride;       /* bytes from row to row */
     ptrdiff_t sh_plane_stride; /* bytes from plane to plane; 0: height times sh_stride */
     int sh_bands;              /* 0 (3: 9 coefficients), 2 (4) or 3 */
+
+    /* What lies between the stages, as planes of equal strides: for other uses of the horizons
+     * (gtso_horizon_visibility) and for ports to compare with (docs/porting.md). Not in sweeps, which have horizon maps
+     * of their own. In gtao_frame: at the filters' resolution, tiles at rest left as they are. */
+    float *horizons; /* 2 planes a slice, + side at 2k, - side at 2k + 1: angle in radians from the view vector up to
+                      * which everything is open or hangs free, clamped to the normal's hemisphere; not computed: pi/2 */
+    uint32_t *arcs;  /* 2 planes a slice: with thickness, the sectors that are occluded above that horizon */
+    float *slices;   /* 3 planes a slice: angle of the normal projected to the slice, signed; Jacobian 1 / |b_perp|^2;
+                      * integral of the open slice. Not computed: 0 */
+    float *surface;  /* 7 planes: unit normal as used, view space; gradient of the height on the tangent plane, per
+                      * pixel; extent of the radius; its class, -1 and the others 0 where nothing is computed */
+    ptrdiff_t horizon_stride; /* of all four: bytes from row to row; 0: tightly packed */
+    ptrdiff_t horizon_plane;  /* bytes from plane to plane; 0: height times horizon_stride */
 } gtao_output;
 
 /* Counts, added to what is already there; a thread passes its own and sums them afterwards. */
@@ -452,12 +466,58 @@ GTAO_API void gtao_share_rows(const gtao_context *context, int row_begin, int ro
 GTAO_API float gtao_refine_begin(gtao_context *context, float most);
 GTAO_API void gtao_refine_rows(const gtao_context *context, int row_begin, int row_end, gtao_stats *stats);
 
+GTAO_API int gtao_desc_slices(const gtao_desc *desc); /* directions per pixel that a description stands for */
 /* What was resolved: the preset's slices and steps, the kernel in use. */
 GTAO_API int gtao_context_slices(const gtao_context *context);
 GTAO_API int gtao_context_steps(const gtao_context *context); /* 0: every pixel */
 GTAO_API gtao_isa gtao_context_isa(const gtao_context *context);
 GTAO_API const char *gtao_isa_name(gtao_isa isa); /* "scalar", "sse2", ... */
 GTAO_API int gtao_isa_available(gtao_isa isa);    /* compiled in and supported here */
+
+/* ---- what a port needs: constants, tables and heights of a context (docs/porting.md) ------------------------------ */
+
+/* Everything that the kernels take from a description, resolved: I(integer) F(float) V(floats, how many). Meanings:
+ * docs/porting.md. */
+/* clang-format off */
+#define GTAO_CONSTANTS(I, F, V)                                                                                        \
+    I(width) I(height) I(depth_kind) I(border) I(estimator) I(weighting) I(noise) I(frame) I(orthographic)             \
+    I(bounded) I(every_pixel) I(arcs) I(clip) I(cosines) I(layers) I(slices) I(steps) I(period) I(classes)             \
+    I(class_base) F(radius) F(falloff) F(thin_blend) F(step_power) F(extent_min) F(extent_max) F(max_radius) F(bx1)    \
+    F(by1) F(cx) F(cy) F(unit) F(reach) F(inner2) F(inv_falloff) F(w_scale) F(w_bias) F(w_numerator) F(w_far)          \
+    F(w_max) F(z_sky) V(to_view, 9) F(same_surface) F(connect) F(thickness) F(weight_scale) F(sky) F(sky_limit)        \
+    F(ray_limit) F(w_min) F(ortho_limit) F(kappa_limit) F(rise_min) F(facing_min) F(arc_limit) I(sectors)
+/* clang-format on */
+
+typedef struct gtao_constants {
+#define GTAOI_I(name) int name;
+#define GTAOI_F(name) float name;
+#define GTAOI_V(name, count) float name[count];
+    GTAO_CONSTANTS(GTAOI_I, GTAOI_F, GTAOI_V)
+} gtao_constants;
+GTAO_API void gtao_context_constants(const gtao_context *context, gtao_constants *constants);
+
+/* Slice k of the pixels of a phase of the noise, 0 <= phase < period^2: unit screen direction (dx, dy), the same in
+ * units of the ray r, its square. Noise of every pixel its own (GTAO_NOISE_HILBERT): not here. */
+typedef struct gtao_direction {
+    float dx, dy, bx, by, bb;
+} gtao_direction;
+GTAO_API gtao_direction gtao_context_direction(const gtao_context *context, int phase, int k);
+
+/* Sample of the + side; the - side's is at (-qx, -qy). In every-pixel mode ux is the weight of the second of two taps,
+ * one pixel further across the slice. */
+typedef struct gtao_tap {
+    int qx, qy;
+    float inv_length, ux, uy; /* 1 / |q|, q / |q| */
+} gtao_tap;
+/* How many samples a side has; they are written to `taps` unless that is null. */
+GTAO_API int gtao_context_taps(const gtao_context *context, int phase, int k, int radius_class, gtao_tap *taps);
+
+/* Row y of the heights (or of the backs of the occluders) of a layer, 0 the first, after gtao_prepare_rows. */
+GTAO_API void gtao_context_heights(const gtao_context *context, int layer, int back, int y, float *row);
+
+/* The vector o of slice k at pixel (x, y): unit length, perpendicular to the view vector v. The slice's directions are
+ * cos(h) v +- sin(h) o; horizons are such h. */
+GTAO_API void gtao_context_slice(const gtao_context *context, int x, int y, int k, float o[3], float v[3]);
 
 /* ---- frames: half resolution, denoising in space and time, upsampling ------------------------------------------- */
 
@@ -535,6 +595,29 @@ typedef enum gtao_plane {
 } gtao_plane;
 GTAO_API const float *gtao_frame_plane(const gtao_frame_context *context, gtao_plane plane, int *width, int *height,
                                        ptrdiff_t *stride);
+/* All that a stage has just written: plane 0, 1, ... until null. `name` receives "height", "visibility", "bent.X" ...
+ * Rows are *stride bytes apart. */
+GTAO_API const float *gtao_frame_stage_plane(const gtao_frame_context *context, int stage, int plane, const char **name,
+                                             ptrdiff_t *stride);
+/* The caller's image as a context, without tables; gtao_frame_horizons is that of the filters' resolution. */
+GTAO_API const gtao_context *gtao_frame_image(const gtao_frame_context *context);
+
+/* What the filters take from a description, as GTAO_CONSTANTS. */
+/* clang-format off */
+#define GTAO_FRAME_CONSTANTS(I, F, V)                                                                                  \
+    I(scale) I(reduction) I(spatial_passes) I(temporal) I(fresh) I(moved) I(history) I(max_history)                    \
+    I(motion_components) V(window0, 5) V(window1, 5) F(tolerance_scale) F(tolerance_bias) F(clamp_window)              \
+    F(clamp_noise) F(blur_cost) F(disocclusion_scale) F(disocclusion_bias) V(before, 12) F(before_fx) F(before_fy)     \
+    F(before_cx) F(before_cy)
+/* clang-format on */
+
+typedef struct gtao_frame_constants {
+    GTAO_FRAME_CONSTANTS(GTAOI_I, GTAOI_F, GTAOI_V)
+#undef GTAOI_I
+#undef GTAOI_F
+#undef GTAOI_V
+} gtao_frame_constants;
+GTAO_API void gtao_frame_get_constants(const gtao_frame_context *context, gtao_frame_constants *constants);
 
 /* ---- thickness --------------------------------------------------------------------------------------------------- */
 
@@ -612,6 +695,7 @@ GTAO_API size_t gtao_sweep_work_size(const gtao_desc *desc, const gtao_sweep_opt
 GTAO_API gtao_result gtao_sweep_begin(const gtao_desc *desc, const gtao_output *output,
                                       const gtao_sweep_options *options, void *scratch, size_t scratch_size,
                                       gtao_sweep **sweep);
+GTAO_API const gtao_context *gtao_sweep_context(const gtao_sweep *sweep); /* constants, directions, heights */
 GTAO_API int gtao_sweep_phases(const gtao_sweep *sweep);
 GTAO_API int gtao_sweep_units(const gtao_sweep *sweep, int phase);
 /* Units [unit_begin, unit_end) of a phase; `work` is gtao_sweep_work_size bytes that no other thread uses meanwhile. */
@@ -1360,7 +1444,7 @@ struct gtao_context {
     float to_view[9];             /* normal_axes * normal_to_view */
     int transform_normals;
     int arcs;        /* occluders have thickness: unions of arcs */
-    int clip;        /* some backs are known: such columns count as far as they are within the radius */
+    int clip;        /* bit k: backs of layer k are known: such columns count as far as they are within the radius */
     float connect;   /* height difference per pixel within which samples are one surface, as same_surface */
     int layer_count; /* with the first */
     gtao_layer layer[1 + GTAO_MAX_LAYERS];
@@ -1598,11 +1682,25 @@ static int gtaoi_sh_ok(const gtao_desc *d, const gtao_output *o) {
                            (row - bytes) / plane >= (uint64_t)gtaoi_sh_count(o) - 1));
 }
 
+/* Strides of planes of width x height floats. */
+static int gtaoi_planes_ok(ptrdiff_t stride, ptrdiff_t plane, int width, int height) {
+    ptrdiff_t rows = stride ? stride : (ptrdiff_t)width * 4;
+    plane = plane < 0 ? -plane : plane;
+    rows = (rows < 0 ? -rows : rows) * (height - 1) + (ptrdiff_t)width * 4;
+    return gtaoi_stride_ok(stride, width * 4, 4) && plane % 4 == 0 && (!plane || plane >= rows);
+}
+
+static int gtaoi_has_planes(const gtao_output *o) {
+    return o->horizons || o->arcs || o->slices || o->surface;
+}
+
 static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) {
     static const int bytes[] = {4, 1, 2};
     int components;
-    if (!o || (!o->visibility && !o->bent_normals && !o->packed && !o->signal && !o->sh))
+    if (!o || (!o->visibility && !o->bent_normals && !o->packed && !o->signal && !o->sh && !gtaoi_has_planes(o)))
         return GTAO_ERROR_OUTPUT;
+    if (gtaoi_has_planes(o) && !gtaoi_planes_ok(o->horizon_stride, o->horizon_plane, d->width, d->height))
+        return GTAO_ERROR_HORIZONS;
     if ((unsigned)o->visibility_format > GTAO_FORMAT_UNORM16)
         return GTAO_ERROR_OUTPUT_FORMAT;
     components = o->bent_components == 0 ? 3 : o->bent_components;
@@ -1614,6 +1712,8 @@ static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) 
         return GTAO_ERROR_OUTPUT_STRIDE;
     if (o->sh && !gtaoi_sh_ok(d, o))
         return GTAO_ERROR_OUTPUT_SH;
+    if (d->error_target > 0.0f && gtaoi_has_planes(o))
+        return GTAO_ERROR_TARGET;
     if (o->signal && ((o->signal_planes != 0 && o->signal_planes != 2 && o->signal_planes != 5) ||
                       !gtaoi_stride_ok(o->signal_stride, d->width * 4, 4) || o->signal_plane_stride % 4 != 0))
         return GTAO_ERROR_SIGNAL;
@@ -1967,7 +2067,7 @@ static void gtaoi_begin_arcs(gtao_context *c, float unit) {
     for (i = 0; i < c->layer_count; i++) {
         if (!c->layer[i].depth_stride)
             c->layer[i].depth_stride = (ptrdiff_t)d->width * 4;
-        c->clip |= c->bounded && c->layer[i].back;
+        c->clip |= (c->bounded && c->layer[i].back) << i;
         if (!c->layer[i].back_stride)
             c->layer[i].back_stride = (ptrdiff_t)d->width * 4;
     }
@@ -2026,6 +2126,10 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
         c->o.signal_stride = (ptrdiff_t)desc->width * 4;
     if (!c->o.signal_plane_stride)
         c->o.signal_plane_stride = c->o.signal_stride * desc->height;
+    if (!c->o.horizon_stride)
+        c->o.horizon_stride = (ptrdiff_t)desc->width * 4;
+    if (!c->o.horizon_plane)
+        c->o.horizon_plane = (c->o.horizon_stride < 0 ? -c->o.horizon_stride : c->o.horizon_stride) * desc->height;
     c->signal = !output->signal ? 0 : output->signal_planes ? output->signal_planes : 2;
 
     c->every_pixel = l.every_pixel, c->slices = c->slice_end = l.slices, c->max_steps = l.max_steps;
@@ -2050,7 +2154,7 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
     c->arcs = gtaoi_has_arcs(desc);
     c->inv_falloff = desc->falloff > 0.0f ? 1.0f / desc->falloff : 0.0f;
     c->plain = !c->orthographic && c->bounded && !c->every_pixel && desc->noise != GTAO_NOISE_HILBERT && !c->cosines &&
-               !c->arcs && !output->sh;
+               !c->arcs && !output->sh && !gtaoi_has_planes(output);
     c->z_sky = desc->sky_z > 0.0f ? desc->sky_z : (float)HUGE_VAL;
     if (c->orthographic) {
         float sign = desc->depth_kind == GTAO_DEPTH_HEIGHT ? 1.0f : -1.0f;
@@ -2109,6 +2213,8 @@ static void gtaoi_begin_cells(gtao_context *c, float *cells, uint32_t *prepared)
     c->skips = (GTAO_SKIP_SKY | GTAO_SKIP_OPEN | GTAO_SKIP_SECTORS) & ~c->d.no_skip;
     if (c->cosines) /* there every sample counts, rounding and all */
         c->skips &= (unsigned)GTAO_SKIP_SKY;
+    if (gtaoi_has_planes(&c->o)) /* what lies between is wanted of all pixels */
+        c->skips = 0;
     if (c->signal) /* open pixels too have a weight */
         c->skips &= ~(unsigned)GTAO_SKIP_OPEN;
 }
@@ -2207,6 +2313,11 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
     return GTAO_OK;
 }
 
+GTAO_API int gtao_desc_slices(const gtao_desc *desc) {
+    if (gtaoi_check_desc(desc) != GTAO_OK)
+        return 0;
+    return desc->slices ? desc->slices : gtaoi_presets[desc->preset].slices;
+}
 GTAO_API int gtao_context_slices(const gtao_context *context) {
     return context->slices;
 }
@@ -2215,6 +2326,83 @@ GTAO_API int gtao_context_steps(const gtao_context *context) {
 }
 GTAO_API gtao_isa gtao_context_isa(const gtao_context *context) {
     return context->d.isa;
+}
+
+GTAO_API void gtao_context_constants(const gtao_context *context, gtao_constants *constants) {
+    const gtao_context *c = context;
+    gtao_constants *k = constants;
+    memset(k, 0, sizeof *k);
+    k->width = c->d.width, k->height = c->d.height, k->depth_kind = (int)c->d.depth_kind, k->border = (int)c->d.border;
+    k->estimator = (int)c->d.estimator, k->weighting = (int)c->d.weighting, k->noise = (int)c->d.noise;
+    k->frame = (int)(c->d.frame & 0x7fffffff); /* both noises repeat within it */
+    k->orthographic = c->orthographic, k->bounded = c->bounded, k->every_pixel = c->every_pixel, k->arcs = c->arcs;
+    k->clip = c->clip, k->cosines = c->cosines, k->layers = c->arcs ? c->layer_count : 1;
+    k->slices = c->slices, k->steps = c->max_steps, k->period = c->period, k->classes = c->classes;
+    k->class_base = (int)c->class_base;
+    k->radius = c->bounded ? c->d.radius : 1e30f, k->falloff = c->d.falloff, k->thin_blend = c->d.thin_blend;
+    k->step_power = c->d.step_power > 0.0f ? c->d.step_power : 2.0f;
+    k->extent_min = c->extent_min, k->extent_max = c->extent_max, k->max_radius = c->max_radius;
+    k->bx1 = c->bx1, k->by1 = c->by1, k->cx = c->cx, k->cy = c->cy;
+    k->unit = gtaoi_height_unit(c), k->reach = c->reach, k->inner2 = c->inner2, k->inv_falloff = c->inv_falloff;
+    k->w_scale = c->w_scale, k->w_bias = c->w_bias, k->w_numerator = c->w_numerator, k->w_far = c->w_far;
+    k->w_max = c->w_max, k->z_sky = gtaoi_min(c->z_sky, FLT_MAX), k->same_surface = c->same_surface;
+    memcpy(k->to_view, c->to_view, sizeof k->to_view);
+    k->connect = c->connect, k->thickness = gtaoi_min(c->thickness, 1e30f), k->weight_scale = c->weight_scale;
+    k->sky = GTAOI_SKY, k->sky_limit = GTAOI_SKY_LIMIT, k->ray_limit = GTAOI_RAY_LIMIT, k->w_min = GTAOI_W_MIN;
+    k->ortho_limit = GTAOI_ORTHO_LIMIT, k->kappa_limit = GTAOI_KAPPA_LIMIT, k->rise_min = GTAOI_RISE_MIN;
+    k->facing_min = GTAOI_FACING_MIN, k->arc_limit = GTAOI_ARC_LIMIT, k->sectors = GTAOI_SECTORS;
+}
+
+GTAO_API gtao_direction gtao_context_direction(const gtao_context *context, int phase, int k) {
+    const gtaoi_slice *s = context->slice + phase * context->slices + k;
+    gtao_direction d;
+    d.dx = s->dx, d.dy = s->dy, d.bx = s->bx, d.by = s->by, d.bb = s->bb;
+    return d;
+}
+
+GTAO_API int gtao_context_taps(const gtao_context *context, int phase, int k, int radius_class, gtao_tap *taps) {
+    const gtao_context *c = context;
+    int index = phase * c->slices + k, n, i;
+    size_t list = (size_t)index * (size_t)c->classes + (size_t)radius_class;
+    const gtaoi_sample *s = c->sample + (c->every_pixel ? (size_t)index : list) * (size_t)c->max_steps;
+    if (c->per_pixel_noise)
+        return 0;
+    n = c->count[list];
+    for (i = 0; taps && i < n; i++) {
+        taps[i].qx = s[i].qx, taps[i].qy = s[i].qy;
+        taps[i].inv_length = s[i].inv_length, taps[i].ux = s[i].ux, taps[i].uy = s[i].uy;
+    }
+    return n;
+}
+
+GTAO_API void gtao_context_heights(const gtao_context *context, int layer, int back, int y, float *row) {
+    const gtao_context *c = context;
+    const float *from = c->w + (2 * layer + (back != 0)) * c->plane + (ptrdiff_t)y * c->pitch + GTAOI_PAD;
+    int x, shift = c->period == 4 ? 2 : 0;
+    for (x = 0; x < c->d.width; x++)
+        row[x] = from[(x & (c->period - 1)) * c->segment + (x >> shift)];
+}
+
+GTAO_API void gtao_context_slice(const gtao_context *context, int x, int y, int k, float o[3], float v[3]) {
+    GTAOI_NO_CONTRACT
+    const gtao_context *c = context;
+    double direction, offset, dx, dy, r[3], b[3], along, length;
+    int i;
+    gtaoi_noise(c->d.noise, x, y, c->d.frame, &direction, &offset);
+    gtaoi_sincospi(((double)k + direction) / (double)c->slices, &dy, &dx);
+    r[0] = r[1] = 0.0, r[2] = 1.0;
+    if (!c->orthographic) {
+        r[0] = ((double)x + 0.5 - (double)c->cx) * (double)c->bx1;
+        r[1] = ((double)y + 0.5 - (double)c->cy) * (double)c->by1;
+    }
+    length = sqrt(r[0] * r[0] + r[1] * r[1] + 1.0);
+    b[0] = dx * (double)c->bx1, b[1] = dy * (double)c->by1, b[2] = 0.0;
+    along = (b[0] * r[0] + b[1] * r[1]) / (length * length);
+    for (i = 0; i < 3; i++)
+        b[i] -= along * r[i], v[i] = (float)(-r[i] / length);
+    length = sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
+    for (i = 0; i < 3; i++)
+        o[i] = (float)(b[i] / length);
 }
 
 /* ---- rows ------------------------------------------------------------------------------------------------------- */
@@ -2324,6 +2512,15 @@ static void gtaoi_store_sky(const gtao_context *c, int x, int y, int n, gtao_sta
         ones[i] = s[0][i] = 1.0f;
     stats->pixels += (uint64_t)n, stats->sky += (uint64_t)n, stats->sky_skipped += (uint64_t)n;
     gtaoi_store(c, x + skip, y, gtaoi_imin(n, c->x_end - x) - skip, ones, 0, s);
+}
+
+/* A group's `n` values of plane k of the intermediates at `base`, the first of pixel (x, y). */
+static void gtaoi_store_lanes(const gtao_context *c, void *base, int k, const void *values, int n, int x, int y) {
+    char *row = (char *)base + (ptrdiff_t)k * c->o.horizon_plane + (ptrdiff_t)y * c->o.horizon_stride;
+    int i;
+    for (i = 0; i < n; i++, x += c->period)
+        if (x >= c->x_begin && x < c->x_end)
+            memcpy(row + (ptrdiff_t)x * 4, (const char *)values + 4 * i, 4);
 }
 
 /* 1 + ry^2 of a row's rays. */
@@ -3571,10 +3768,17 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
         return GTAO_ERROR_SIGNAL;
     if (output && output->sh)
         return GTAO_ERROR_OUTPUT_SH;
-    result = gtaoi_check_output(&frame->desc, output);
+    if (output) {
+        signal = *output; /* its intermediates have the filters' resolution */
+        signal.horizon_stride = signal.horizon_plane = 0;
+    }
+    result = gtaoi_check_output(&frame->desc, output ? &signal : output);
     if (result != GTAO_OK)
         return result;
     gtaoi_frame_plan(frame, 1, &l);
+    if (gtaoi_has_planes(output) &&
+        !gtaoi_planes_ok(output->horizon_stride, output->horizon_plane, l.pass.width, l.pass.height))
+        return GTAO_ERROR_HORIZONS;
     if (!state || state_size < l.total || !context)
         return GTAO_ERROR_STATE;
     gtaoi_frame_plan(frame, output->bent_normals || output->packed, &l);
@@ -3646,6 +3850,9 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     signal.signal = f->raw;
     signal.signal_stride = f->pitch * 4, signal.signal_plane_stride = floats * 4;
     signal.signal_planes = f->bent ? 5 : 2;
+    signal.horizons = output->horizons, signal.arcs = output->arcs, signal.slices = output->slices;
+    signal.surface = output->surface;
+    signal.horizon_stride = output->horizon_stride, signal.horizon_plane = output->horizon_plane;
     {
         /* The planes have padding, which gtao_begin's check of the strides does not know of: so none of it. */
         char *scratch = base + l.scratch;
@@ -3735,7 +3942,7 @@ GTAO_API int gtao_frame_units(const gtao_frame_context *context, int stage) {
 
 GTAO_API void gtao_frame_run(gtao_frame_context *context, int stage, int unit_begin, int unit_end, gtao_stats *stats) {
     gtao_stats unused;
-    int pass, kind = gtaoi_frame_stage(context, stage, &pass), y0, y1;
+    int pass, kind = gtaoi_frame_stage(context, stage, &pass), y0, y1, k;
     gtao_isa isa = context->pass->d.isa;
     if (!stats)
         memset(&unused, 0, sizeof unused), stats = &unused;
@@ -3752,6 +3959,9 @@ GTAO_API void gtao_frame_run(gtao_frame_context *context, int stage, int unit_be
         break;
     case GTAOI_HORIZONS:
         GTAOI_DISPATCH(isa, gtaoi_visibility, (context->pass, y0, y1, stats));
+        for (; y0 < y1; y0++) /* what the filter sees beyond a seam */
+            for (k = 0; k < (context->bent ? 5 : 2); k++)
+                gtaoi_pad_plane(context, context->raw + k * context->plane + (ptrdiff_t)y0 * context->pitch, 0);
         break;
     case GTAOI_SPATIAL:
         GTAOI_DISPATCH(isa, gtaoi_spatial, (context, pass, y0, y1));
@@ -3791,6 +4001,64 @@ GTAO_API const float *gtao_frame_plane(const gtao_frame_context *context, gtao_p
     return (unsigned)plane <= GTAO_PLANE_LENGTH ? planes[plane] : 0;
 }
 
+GTAO_API const gtao_context *gtao_frame_image(const gtao_frame_context *context) {
+    return &context->full;
+}
+
+GTAO_API const float *gtao_frame_stage_plane(const gtao_frame_context *context, int stage, int plane, const char **name,
+                                             ptrdiff_t *stride) {
+    static const char *const reduced[] = {"height",   "normal.X", "normal.Y", "normal.Z",
+                                          "motion.X", "motion.Y", "motion.Z"};
+    static const char *const signals[] = {"visibility", "weight", "bent.X", "bent.Y", "bent.Z"};
+    static const char *const histories[] = {"visibility", "length", "bent.X", "bent.Y",
+                                            "bent.Z",     "speed",  "last",   "deviation"};
+    const gtao_frame_context *f = context;
+    int pass, kind = gtaoi_frame_stage(f, stage, &pass), normals = f->full.d.normals ? 3 : 0,
+              motions = f->f.motion ? 3 : 0;
+    *stride = f->pitch * 4;
+    if (plane < 0)
+        return 0;
+    if (kind == GTAOI_REDUCE) {
+        if (plane > normals + motions)
+            return 0;
+        *name = reduced[plane > normals ? plane - normals + 3 : plane];
+        return plane == 0         ? f->height_now
+               : plane <= normals ? f->normals + (plane - 1) * f->plane
+                                  : f->motion + (plane - normals - 1) * f->plane;
+    }
+    if (kind == GTAOI_HORIZONS || kind == GTAOI_SPATIAL) {
+        if (plane >= (f->bent ? 5 : 2))
+            return 0;
+        *name = signals[plane];
+        return (kind == GTAOI_HORIZONS ? f->raw : f->filtered[pass & 1]) + plane * f->plane;
+    }
+    if (kind == GTAOI_TEMPORAL) {
+        if (plane >= (f->bent ? 8 : 5))
+            return 0;
+        if (!f->bent && plane >= 2)
+            plane += 3;
+        *name = histories[plane];
+        return f->history_now + plane * f->plane;
+    }
+    return 0;
+}
+
+GTAO_API void gtao_frame_get_constants(const gtao_frame_context *context, gtao_frame_constants *constants) {
+    const gtao_frame_context *f = context;
+    gtao_frame_constants *k = constants;
+    memset(k, 0, sizeof *k);
+    k->scale = f->scale, k->reduction = (int)f->f.reduction, k->spatial_passes = f->passes, k->temporal = f->temporal;
+    k->fresh = f->fresh, k->moved = f->moved, k->history = (int)f->f.history, k->max_history = f->f.max_history;
+    k->motion_components = f->f.motion ? f->f.motion_components : 0;
+    memcpy(k->window0, f->window[0], sizeof k->window0);
+    memcpy(k->window1, f->window[1], sizeof k->window1);
+    k->tolerance_scale = f->tolerance_scale, k->tolerance_bias = f->tolerance_bias;
+    k->clamp_window = f->f.clamp_window, k->clamp_noise = GTAOI_CLAMP_NOISE, k->blur_cost = GTAOI_BLUR_COST;
+    k->disocclusion_scale = f->disocclusion_scale, k->disocclusion_bias = f->disocclusion_bias;
+    memcpy(k->before, f->before, sizeof k->before);
+    k->before_fx = f->before_fx, k->before_fy = f->before_fy, k->before_cx = f->before_cx, k->before_cy = f->before_cy;
+}
+
 /* Height of a depth beyond the image, orthographic. */
 static float gtaoi_line_height(const gtao_context *c, float depth) {
     return gtaoi_height_scalar(c, depth, 0.0f, 0.0f);
@@ -3814,7 +4082,7 @@ static gtao_result gtaoi_check_sweep(const gtao_desc *d, const gtao_output *o, c
     if (result != GTAO_OK)
         return result;
     if (d->estimator == GTAO_ESTIMATOR_MEMO || d->thin_blend > 0.0f || d->thickness > 0.0f || d->thickness_map ||
-        d->back || d->layer_count > 0 || (o && o->signal))
+        d->back || d->layer_count > 0 || (o && (o->signal || gtaoi_has_planes(o))))
         return GTAO_ERROR_SWEEP;
     if (d->error_target > 0.0f)
         return GTAO_ERROR_TARGET;
@@ -3827,13 +4095,8 @@ static gtao_result gtaoi_check_sweep(const gtao_desc *d, const gtao_output *o, c
             s->region[2] > d->width || s->region[3] > d->height)
             return GTAO_ERROR_REGION;
     }
-    if (s->horizons) {
-        ptrdiff_t rows = s->horizon_stride ? s->horizon_stride : (ptrdiff_t)d->width * 4;
-        ptrdiff_t plane = s->horizon_plane < 0 ? -s->horizon_plane : s->horizon_plane;
-        rows = (rows < 0 ? -rows : rows) * (d->height - 1) + (ptrdiff_t)d->width * 4;
-        if (!gtaoi_stride_ok(s->horizon_stride, d->width * 4, 4) || plane % 4 != 0 || (plane && plane < rows))
-            return GTAO_ERROR_HORIZONS;
-    }
+    if (s->horizons && !gtaoi_planes_ok(s->horizon_stride, s->horizon_plane, d->width, d->height))
+        return GTAO_ERROR_HORIZONS;
     if (s->beyond && (d->border != GTAO_BORDER_OPEN || d->camera.projection != GTAO_ORTHOGRAPHIC ||
                       s->beyond_reach < 1 || s->beyond_reach > 1048576))
         return GTAO_ERROR_BEYOND;
@@ -3945,10 +4208,12 @@ GTAO_API gtao_result gtao_sweep_begin(const gtao_desc *desc, const gtao_output *
         s->o = *options;
     if (s->o.region[2] == 0)
         s->o.region[2] = desc->width, s->o.region[3] = desc->height;
-    if (s->o.horizon_stride == 0)
-        s->o.horizon_stride = (ptrdiff_t)desc->width * 4;
-    if (s->o.horizon_plane == 0)
-        s->o.horizon_plane = (s->o.horizon_stride < 0 ? -s->o.horizon_stride : s->o.horizon_stride) * desc->height;
+    c->o.horizons = s->o.horizons;
+    if (s->o.horizon_stride)
+        c->o.horizon_stride = s->o.horizon_stride;
+    c->o.horizon_plane = s->o.horizon_plane;
+    if (c->o.horizon_plane == 0)
+        c->o.horizon_plane = (c->o.horizon_stride < 0 ? -c->o.horizon_stride : c->o.horizon_stride) * desc->height;
     c->x_begin = s->o.region[0], c->x_end = s->o.region[2];
     for (i = 0; i < (size_t)c->period * (size_t)c->period * (size_t)c->slices * (size_t)c->classes; i++)
         c->count[i] = gtaoi_imin(c->count[i], GTAO_SWEEP_NEAR);
@@ -3968,6 +4233,10 @@ GTAO_API gtao_result gtao_sweep_begin(const gtao_desc *desc, const gtao_output *
     for (i = 1; i <= (size_t)l.farthest; i++)
         s->inverse[i] = s->inverse[-(ptrdiff_t)i] = (float)(1.0 / (double)i);
     return GTAO_OK;
+}
+
+GTAO_API const gtao_context *gtao_sweep_context(const gtao_sweep *sweep) {
+    return sweep->c;
 }
 
 /* Phases: heights; gradients and the turned buffers; then, for every batch of slices, lines and rows. */
@@ -6792,21 +7061,62 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sums)(const gtao_context *c, GTAOI_SUM *sum, GTAO
 GTAOI_FN void GTAOI_NAME(gtaoi_store_horizons)(const gtao_context *c, const GTAOI_FRAME *f, const GTAOI_HORIZONS *s,
                                                GM active, int k, int side, int x, int y) {
     GTAOI_NO_CONTRACT
-    const gtao_sweep_options *o = c->pass->options;
     GV open = GV_SET((float)(0.5 * GTAOI_PI)), h = open;
     float angle[GTAOI_W];
-    float *to = (float *)(void *)((char *)o->horizons + (ptrdiff_t)(2 * k + side) * o->horizon_plane +
-                                  (ptrdiff_t)y * o->horizon_stride);
-    int i;
     if (GM_ANY(active)) {
         GM occluded = active;
         h = GTAOI_NAME(gtaoi_atan2)(GV_SET(1.0f), GTAOI_NAME(gtaoi_kappa)(c, f, s, side, &occluded));
         h = GV_SELECT(active, GV_MAX(h, GV_SET(0.0f)), open);
     }
     GV_STORE(angle, h);
-    for (i = 0; i < GTAOI_W; i++)
-        if (x + i >= c->x_begin && x + i < c->x_end)
-            to[x + i] = angle[i];
+    gtaoi_store_lanes(c, c->o.horizons, 2 * k + side, angle, GTAOI_W, x, y);
+}
+
+/* Intermediates of a slice of a group; frame, horizons and arcs are there where anything is active. */
+GTAOI_FN void GTAOI_NAME(gtaoi_store_slice)(const gtao_context *c, const GTAOI_FRAME *f, const GTAOI_HORIZONS *s,
+                                            const GTAOI_ARCS *a, GM active, int k, int x, int y) {
+    GTAOI_NO_CONTRACT
+    GV zero = GV_SET(0.0f), terms[3];
+    float lanes[GTAOI_W];
+    int i, some = GM_ANY(active);
+    for (i = 0; c->o.horizons && i < 2; i++)
+        GTAOI_NAME(gtaoi_store_horizons)(c, f, s, active, k, i, x, y);
+    for (i = 0; c->o.arcs && i < 2; i++) {
+        uint32_t bits[GTAOI_W];
+        memset(bits, 0, sizeof bits);
+        if (some && c->arcs) {
+            GI mask = GI_IF(active, a->mask[i]);
+            memcpy(bits, &mask, sizeof bits);
+        }
+        gtaoi_store_lanes(c, c->o.arcs, 2 * k + i, bits, GTAOI_W, x, y);
+    }
+    terms[0] = terms[1] = terms[2] = zero;
+    if (some)
+        terms[0] = f->n, terms[1] = GV_MUL(f->inv_perp, f->inv_perp), terms[2] = f->open;
+    for (i = 0; c->o.slices && i < 3; i++) {
+        GV_STORE(lanes, GV_IF(active, terms[i]));
+        gtaoi_store_lanes(c, c->o.slices, 3 * k + i, lanes, GTAOI_W, x, y);
+    }
+}
+
+GTAOI_FN void GTAOI_NAME(gtaoi_store_surface)(const gtao_context *c, const GTAOI_PIXEL *p, GM active, int x, int y) {
+    GTAOI_NO_CONTRACT
+    GV values[7];
+    float keys[GTAOI_W];
+    int i;
+    for (i = 0; i < 7; i++)
+        values[i] = GV_SET(0.0f);
+    if (GM_ANY(active)) {
+        GV_STORE(keys, GV_SELECT(active, p->key, GV_SET(c->extent_min)));
+        for (i = 0; i < GTAOI_W; i++)
+            keys[i] = (float)gtaoi_class(c, keys[i]);
+        values[0] = p->nx, values[1] = p->ny, values[2] = p->nz, values[3] = p->gx, values[4] = p->gy;
+        values[5] = p->extent, values[6] = GV_LOAD(keys);
+    }
+    for (i = 0; i < 7; i++) {
+        GV_STORE(keys, GV_SELECT(active, values[i], GV_SET(i == 6 ? -1.0f : 0.0f)));
+        gtaoi_store_lanes(c, c->o.surface, i, keys, GTAOI_W, x, y);
+    }
 }
 
 /* The far horizons join the near ones. */
@@ -6825,7 +7135,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_add_far)(const gtao_context *c, const GTAOI_PIXEL
                 GV slope = GV_MUL(GV_LOAD(from + (size_t)side * pass->beyond_plane + x), unit);
                 s[g].rise[side] = GV_MAX(s[g].rise[side], side ? GV_ADD(slope, tangent) : GV_SUB(slope, tangent));
             }
-            if (pass->options->horizons)
+            if (c->o.horizons)
                 GTAOI_NAME(gtaoi_store_horizons)(c, &f[g], &s[g], active[g], k, side, x, y);
         }
     }
@@ -7244,6 +7554,7 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *bl
     GTAOI_MOMENTS moments[4];
     GM active[4];
     int period = c->period, g, k, any = 0, groups = block->groups, step = block->step, x0 = block->x, y = block->y;
+    int keep = !c->pass && (c->o.horizons || c->o.arcs || c->o.slices);
     for (g = 0; g < groups; g++) {
         active[g] = GTAOI_NAME(gtaoi_setup)(c, &pixel[g], block->at[g], x0 + g * step, y, block->want[g],
                                             block->normals ? block->normals + 3 * g : 0, stats);
@@ -7264,7 +7575,9 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *bl
     }
     if (c->slice_begin > 0)
         GTAOI_NAME(gtaoi_sums)(c, sum, moments, groups, x0, y, 0);
-    any |= c->pass && c->pass->options->horizons;
+    any |= c->o.horizons || keep;
+    for (g = 0; c->o.surface && g < groups; g++)
+        GTAOI_NAME(gtaoi_store_surface)(c, &pixel[g], active[g], x0 + g * step, y);
     for (k = c->slice_begin; any && k < c->slice_end; k++) {
         GTAOI_FRAME frame[4];
         GTAOI_HORIZONS found[4];
@@ -7287,6 +7600,8 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *bl
                 GTAOI_NAME(gtaoi_search_arcs)
         (c, &pixel[g], &frame[g], &found[g], &arcs[g], block->at[g], first + g * stride, k, active[g], x0 + g * step, y,
          block->seen[g], stats);
+        for (g = 0; keep && g < groups; g++)
+            GTAOI_NAME(gtaoi_store_slice)(c, &frame[g], &found[g], &arcs[g], active[g], k, x0 + g * step, y);
         if (c->pass)
             GTAOI_NAME(gtaoi_add_far)(c, pixel, frame, found, active, groups, k, x0, y);
         for (g = 0; g < groups; g++)

@@ -5,6 +5,7 @@
 #include "gtao.h"
 
 #include "cli.h"
+#include "dump.h"
 #include "image.h"
 #include "pool.h"
 
@@ -62,12 +63,13 @@ enum {
     OPT_NO_SKIP,
     OPT_REPEAT,
     OPT_STATS,
+    OPT_DUMP,
     OPT_COUNT
 };
 
 typedef struct options {
-    const char *depth, *normal, *output, *bent, *sh, *stats; /* files */
-    const char *sequence, *camera;                           /* pattern of the depth files; motion of the camera */
+    const char *depth, *normal, *output, *bent, *sh, *stats, *dump; /* files */
+    const char *sequence, *camera; /* pattern of the depth files; motion of the camera */
     const char *thickness_map, *layer[GTAO_MAX_LAYERS], *back[1 + GTAO_MAX_LAYERS]; /* backs: of the depth first */
     int layers;
     int depth_kind;
@@ -194,6 +196,8 @@ static const cli_option option_table[OPT_COUNT] = {
     [OPT_REPEAT] = {"--repeat", "N", "compute N times, report medians (1)",
                     CLI_INTEGER(options, repeat, 1, 100000, NULL)},
     [OPT_STATS] = {"--stats", "FILE", "write times and counts as JSON", CLI_OUTPUT(options, stats, NULL)},
+    [OPT_DUMP] = {"--dump", "DIR", "also write what lies between the stages, for ports to compare: docs/porting.md",
+                  CLI_TEXT(options, dump)},
 };
 
 static const cli_program program = {
@@ -348,6 +352,8 @@ static int check_options(const options *o) {
         return cli_error("--depth: required, see --help");
     if (!o->output)
         return cli_error("-o: required, see --help");
+    if (o->dump && o->given[OPT_REPEAT])
+        return cli_error("--dump: cannot be combined with --repeat");
     for (int i = 0; i < 3; ++i)
         if (o->given[cameras[i]]) {
             if (count++)
@@ -416,6 +422,8 @@ typedef struct job {
     int framed;
     float (*cameras)[12];  /* world to view, of each frame */
     uint32_t first, count; /* frames of a sequence; 0 and 1 otherwise */
+
+    dump *dump; /* or null */
 
     int stages;
     const char *stage_names[STAGES_MAX];
@@ -548,6 +556,7 @@ static void set_desc(job *j) {
     j->frame.spatial_passes = o->denoise;
     j->frame.no_spatial = o->denoise == 0 && (!o->sequence || o->given[OPT_DENOISE]);
     j->frame.no_temporal = !o->sequence;
+    j->frame.no_skip = o->no_skip || o->dump; /* the same results, but all that lies between */
 }
 
 /* The option behind a field of the descriptor that the library refuses. */
@@ -612,25 +621,68 @@ static int library_error(const job *j, gtao_result result) {
     return cli_error("%s: %s", option_of(j->options, result), gtao_result_string(result));
 }
 
+static int dump_error(const image_error *error) {
+    return cli_error("--dump %s", error->text);
+}
+
+/* Memory for what only the dump needs. */
+static int begin_dump(job *j) {
+    const options *o = j->options;
+    image_error error;
+    int scale = o->half ? 2 : 1;
+    j->dump = dump_create(o->dump, &error);
+    return j->dump && dump_planes(j->dump, (j->desc.width + scale - 1) / scale, (j->desc.height + scale - 1) / scale,
+                                  gtao_desc_slices(&j->desc),
+                                  o->thickness > 0.0f || o->thickness_map || o->layers || o->back[0], !j->framed,
+                                  &j->output, &error)
+               ? 1
+               : dump_error(&error);
+}
+
+/* What is known before the stages. */
+static int dump_inputs(job *j) {
+    char name[16];
+    image_error error;
+    snprintf(name, sizeof name, "%04lu", (unsigned long)j->first + (unsigned long)j->run);
+    return (!j->options->sequence || dump_frame(j->dump, name, &error)) &&
+                   dump_input(j->dump, &j->frame.desc, j->framed ? &j->frame : NULL, &error)
+               ? 1
+               : dump_error(&error);
+}
+
+static int dump_outputs(job *j) {
+    static const float albedo[3] = {0.9f, 0.5f, 0.05f};
+    const options *o = j->options;
+    const gtao_context *whole = j->framed ? gtao_frame_image(j->frame_context) : j->context;
+    image_error error;
+    int ok = j->framed || (dump_search(j->dump, whole, whole, &j->output, &error) &&
+                           dump_signal(j->dump, whole, j->output.signal, j->output.signal_planes, &error));
+    ok = ok && dump_result(j->dump, whole, j->visibility.data, j->bent.data, j->sh_planes,
+                           o->half ? NULL : j->output.surface, o->given[OPT_ALBEDO] ? o->albedo : albedo, &error);
+    return ok ? 1 : dump_error(&error);
+}
+
 static int allocate(job *j) {
     const options *o = j->options;
     image_error error;
     int w = j->depth.width, h = j->depth.height;
     int ok = image_create(&j->visibility, w, h, 1, &error);
-    ok = ok && (!o->bent || image_create(&j->bent, w, h, 3, &error));
+    ok = ok && (!(o->bent || o->dump) || image_create(&j->bent, w, h, 3, &error));
     ok = ok && (!o->sh || image_create(&j->sh, w, h, 9, &error));
     ok = ok && (!o->given[OPT_ALBEDO] || image_create(&j->color, w, h, 3, &error));
     if (!ok)
         return cli_error("--depth %s: %s", o->depth, error.text);
     j->output.visibility = j->visibility.data;
     j->output.bent_normals = j->bent.data;
-    if (o->sh) {
-        j->sh_planes = malloc(sizeof(float) * 9 * (size_t)w * (size_t)h); /* as large as j->sh.data, which is there */
+    if (o->sh || (o->dump && !j->framed)) {
+        j->sh_planes = malloc(sizeof(float) * 9 * (size_t)w * (size_t)h);
         if (!j->sh_planes)
-            return cli_error("--sh %s: not enough memory", o->sh);
+            return cli_error("--depth %s: not enough memory", o->depth);
     }
     j->output.sh = j->sh_planes;
 
+    if (o->dump && !begin_dump(j))
+        return 0;
     j->scratch_size = j->framed ? gtao_frame_state_size(&j->frame) : gtao_scratch_size(&j->desc);
     if (j->scratch_size == 0) {
         gtao_result why = gtao_begin(&j->desc, &j->output, NULL, 0, &j->context);
@@ -728,7 +780,10 @@ static int compute_once(job *j, double seconds[STAGES_MAX]) {
     int rows = j->depth.height;
     double since = cli_seconds(), end = since + 1e-3 * (double)j->options->budget_ms;
     gtao_result result;
+    image_error error;
     j->stages = 0;
+    if (j->dump && !dump_inputs(j))
+        return 0;
     if (j->framed) {
         frame_stage s = {j, 0};
         result = gtao_frame_begin(&j->frame, &j->output, j->scratch, j->scratch_size, &j->frame_context);
@@ -738,6 +793,8 @@ static int compute_once(job *j, double seconds[STAGES_MAX]) {
         for (; s.stage < gtao_frame_stages(j->frame_context); ++s.stage) {
             pool_run(j->workers, gtao_frame_units(j->frame_context, s.stage), 0, frame_units, NULL, &s);
             stage_done(j, gtao_frame_stage_name(j->frame_context, s.stage), seconds, &since);
+            if (j->dump && !dump_frame_stage(j->dump, j->frame_context, s.stage, &j->output, &error))
+                return dump_error(&error);
         }
     } else {
         result = gtao_begin(&j->desc, &j->output, j->scratch, j->scratch_size, &j->context);
@@ -755,7 +812,7 @@ static int compute_once(job *j, double seconds[STAGES_MAX]) {
         pool_run(j->workers, rows, 0, multi_bounce_rows, NULL, j);
         stage_done(j, "multi_bounce", seconds, &since);
     }
-    return 1;
+    return !j->dump || dump_outputs(j);
 }
 
 /* ---- output ------------------------------------------------------------------------------------------------------- */
@@ -953,6 +1010,7 @@ static void free_job(job *j) {
         image_free(&j->layer[i]);
     for (int i = 0; i <= GTAO_MAX_LAYERS; ++i)
         image_free(&j->back[i]);
+    dump_discard(j->dump);
     pool_destroy(j->workers);
     free(j->cameras);
     free(j->stats);
@@ -982,6 +1040,12 @@ int main(int argc, char **argv) {
     if (ok)
         set_desc(&j);
     ok = ok && allocate(&j) && compute(&j, ms, &total_ms);
+    if (ok && j.dump) {
+        image_error error;
+        dump *d = j.dump;
+        j.dump = NULL;
+        ok = dump_commit(d, &error) ? 1 : dump_error(&error);
+    }
     if (ok)
         ok = o.sequence ? write_stats(&j, ms, total_ms) : write_outputs(&j, 0, ms, total_ms);
     free_job(&j);

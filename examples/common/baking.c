@@ -3,6 +3,7 @@
 
 #include "canvas.h"
 #include "cli.h"
+#include "dump.h"
 #include "gtao.h"
 #include "pool.h"
 #include "raster.h"
@@ -55,13 +56,14 @@ enum {
     OPT_THREADS,
     OPT_ISA,
     OPT_STATS,
+    OPT_DUMP,
     OPT_COUNT
 };
 
 typedef struct settings {
     terrain_source source;
     const char *output[OUT_COUNT];
-    const char *stats, *work, *picture;
+    const char *stats, *work, *picture, *dump;
     int raw_size[2];
     float pixel_size[2]; /* as given: 0 where not */
     double pixel[2];
@@ -91,6 +93,7 @@ struct baking {
     char *work_memory; /* of each thread */
     size_t work_bytes;
     int phase;
+    dump *dump; /* of the only tile, or null */
 };
 
 /* ---- options ----------------------------------------------------------------------------------------------------- */
@@ -179,6 +182,8 @@ static const cli_option option_table[OPT_COUNT] = {
     [OPT_ISA] = {"--isa", "auto|scalar|sse2|avx2|avx512|neon", "(auto) the results are the same bits",
                  CLI_ISA(settings, isa)},
     [OPT_STATS] = {"--stats", "FILE", "write times and bounds as JSON", CLI_OUTPUT(settings, stats, NULL)},
+    [OPT_DUMP] = {"--dump", "DIR", "also write what lies between the stages, for ports to compare: docs/porting.md",
+                  CLI_TEXT(settings, dump)},
 };
 
 static int channels_of(const baking *b, int output) {
@@ -258,6 +263,7 @@ void baking_free(baking *b) {
         return;
     if (b->has_map)
         terrain_close(&b->map);
+    dump_discard(b->dump);
     pool_destroy(b->workers);
     if (b->lock >= 0)
         close(b->lock);
@@ -334,7 +340,7 @@ static double tile_bytes(baking *b, int width, int height) {
         window.height = height + 2 * b->map.overlap;
     }
     for (int k = 0; k < OUT_COUNT; ++k)
-        planes[k] = b->o.output[k] || k == OUT_VISIBILITY ? &something : NULL;
+        planes[k] = b->o.output[k] || k == OUT_VISIBILITY || b->o.dump ? &something : NULL;
     describe(b, window, is_whole(b, core), &desc);
     describe_outputs(window, core, planes, &output, &options);
     double scratch = (double)gtao_sweep_scratch_size(&desc, &output, &options);
@@ -570,7 +576,12 @@ static int settle(baking *b) {
             return cli_error("%s %s: %d x %d is too large for this format", option_table[output_option[k]].name,
                              o->output[k], b->map.width, b->map.height);
     }
-    return choose_tiles(b);
+    if (!choose_tiles(b))
+        return 0;
+    if (o->dump && baking_tiles(b) > 1)
+        return cli_error("--dump: of a map in one piece, this takes %d tiles; give more --memory", baking_tiles(b));
+    b->dump = o->dump ? dump_create(o->dump, &error) : NULL;
+    return !o->dump || b->dump || cli_error("--dump %s", error.text);
 }
 
 static void show_reading(void *user, double part) {
@@ -660,7 +671,7 @@ int baking_tile_done(baking *b, int tile) {
     char path[4096 + 64];
     float buffer[4096];
     tile_path(b, tile, path, sizeof path);
-    FILE *file = fopen(path, "rb");
+    FILE *file = b->dump ? NULL : fopen(path, "rb"); /* a dump needs the tile's horizons, too */
     if (!file)
         return 0;
     tile_header header, expected = header_of(b, tile);
@@ -785,6 +796,16 @@ static int compute_window(baking *b, box window, box core, const float *heights,
         ok = cli_error("%s: %s", b->o.source.heights, gtao_result_string(result));
     for (b->phase = 0; ok && b->phase < gtao_sweep_phases(b->sweep); ++b->phase)
         pool_run(b->workers, gtao_sweep_units(b->sweep, b->phase), 0, run_units, show_units, b);
+    if (ok && b->dump) {
+        dump *d = b->dump;
+        b->dump = NULL;
+        ok = dump_sweep(d, &desc, b->sweep, planes[OUT_VISIBILITY], planes[OUT_BENT], planes[OUT_HORIZONS], &error);
+        if (ok)
+            ok = dump_commit(d, &error);
+        else
+            dump_discard(d);
+        ok = ok || cli_error("--dump %s", error.text);
+    }
     free(scratch);
     free(b->work_memory);
     terrain_view_free(&view);
@@ -800,7 +821,7 @@ int baking_tile(baking *b, int tile) {
     terrain_border border = (terrain_border)b->o.border;
     int ok = heights && (normals || !b->map.has_normals);
     for (int k = 0; k < OUT_COUNT; ++k)
-        if (b->o.output[k] || k == OUT_VISIBILITY) {
+        if (b->o.output[k] || k == OUT_VISIBILITY || b->dump) {
             planes[k] = malloc(pixels * (size_t)channels_of(b, k) * sizeof(float));
             ok = ok && planes[k];
         }
