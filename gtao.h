@@ -173,6 +173,8 @@ extern "C" {
     X(GTAO_ERROR_ARCS, "thickness, thickness_map, back, layers: not with the memo estimator or thin_blend")            \
     X(GTAO_ERROR_ESTIMATOR, "estimator: unknown")                                                                      \
     X(GTAO_ERROR_WEIGHTING, "weighting: unknown")                                                                      \
+    X(GTAO_ERROR_FAR,                                                                                                  \
+      "far_depth, far_px: unknown, below 8 px, or not with this noise, border, every_pixel, thickness, cosines")       \
     X(GTAO_ERROR_NOISE, "noise: unknown")                                                                              \
     X(GTAO_ERROR_ISA, "isa: unknown, not compiled in, or not supported by this machine")                               \
     X(GTAO_ERROR_OUTPUT, "output: null, or no buffer in it")                                                           \
@@ -259,6 +261,13 @@ typedef enum gtao_noise {
     GTAO_NOISE_NONE = 2     /* slice angles pi (k + 1/2) / slices and step offset 1/2 at every pixel */
 } gtao_noise;
 
+typedef enum gtao_far { /* what samples far from their pixel read: the depth chain of [J16], of one level */
+                        GTAO_FAR_EXACT = 0,   /* the same heights as near ones */
+                        GTAO_FAR_NEAREST = 1, /* 4x4 pixels as one: nearest of 2x2, twice [J16] */
+                        GTAO_FAR_AVERAGE =
+                            2 /* their mean, without what is more than 3/4 of the radius before the rest */
+} gtao_far;
+
 typedef enum gtao_isa {
     GTAO_ISA_AUTO = 0,
     GTAO_ISA_SCALAR = 1,
@@ -330,6 +339,11 @@ typedef struct gtao_desc {
     gtao_weighting weighting;
     gtao_noise noise;
     uint32_t frame; /* selects the temporal rotation and offset of the noise */
+
+    /* Less memory traffic for radii of hundreds of pixels, at some error: docs/frames.md. With the memo's noise, an open
+     * border and `steps` only; not with thickness, thin_blend or the memo's estimator. */
+    gtao_far far_depth;
+    int far_px; /* samples at least so far from their pixel are far: 8 or more; 0: 32 */
 
     gtao_isa isa;
 } gtao_desc;
@@ -1247,6 +1261,12 @@ typedef struct gtaoi_taps {
     float inv_length[2], ux[2], uy[2];
 } gtaoi_taps;
 
+/* A far sample on both sides: blocks of 4x4 pixels, by where their centres lie from the pixel. */
+typedef struct gtaoi_far {
+    float inv_length[2], ux[2], uy[2];
+    int32_t offset[2]; /* in the plane of blocks */
+} gtaoi_far;
+
 typedef struct gtaoi_slice {
     float dx, dy; /* unit screen direction */
     float bx, by; /* the same in units of the ray r: (dx / fx, dy / fy), or (dx, dy sy / sx) orthographic */
@@ -1298,11 +1318,15 @@ struct gtao_context {
     gtaoi_sample *sample;            /* [period^2][slices][classes or 1][max_steps] */
     gtaoi_taps *taps;                /* every-pixel mode: [period^2][slices][GTAOI_NEAR] */
     int *count;                      /* [period^2][slices][classes] */
-    float *noise;                    /* per-pixel noise: [64][64 + GTAOI_LANES][2 planes] */
-    float *step;                     /* per-pixel noise: ((j + offset) / steps)^power, [steps][64 offsets] */
-    int slice_begin, slice_end;      /* the slices of this pass over the rows: all of them, or a sweep's batch */
-    int x_begin, x_end;              /* columns that are wanted */
-    const struct gtaoi_pass *pass;   /* of a sweep; null: none */
+    gtaoi_far *far_sample;           /* with far_depth: as `sample` */
+    int *far_begin;                  /* and as `count`: the first of a list that are far */
+    float *far_w;                    /* heights of 4x4 pixels, at row 0 */
+    ptrdiff_t far_pitch;
+    float *noise;                  /* per-pixel noise: [64][64 + GTAOI_LANES][2 planes] */
+    float *step;                   /* per-pixel noise: ((j + offset) / steps)^power, [steps][64 offsets] */
+    int slice_begin, slice_end;    /* the slices of this pass over the rows: all of them, or a sweep's batch */
+    int x_begin, x_end;            /* columns that are wanted */
+    const struct gtaoi_pass *pass; /* of a sweep; null: none */
 };
 
 typedef struct gtaoi_layout {
@@ -1311,7 +1335,9 @@ typedef struct gtaoi_layout {
     uint32_t class_base;
     ptrdiff_t pitch, plane;
     int planes;
-    uint64_t w, slice, sample, taps, count, noise, total; /* byte offsets in the aligned scratch */
+    uint64_t w, slice, sample, taps, count, noise, far_sample, far_begin, far_w,
+        total; /* bytes in the aligned scratch */
+    ptrdiff_t far_pitch;
 } gtaoi_layout;
 
 /* On the front of error against time of all settings (docs/benchmark.md). */
@@ -1439,6 +1465,11 @@ static gtao_result gtaoi_check_desc(const gtao_desc *d) {
         return GTAO_ERROR_WEIGHTING;
     if ((unsigned)d->noise > GTAO_NOISE_NONE)
         return GTAO_ERROR_NOISE;
+    if ((unsigned)d->far_depth > GTAO_FAR_AVERAGE || (d->far_px != 0 && d->far_px < 8) ||
+        (d->far_depth && (d->noise != GTAO_NOISE_MEMO || d->border != GTAO_BORDER_OPEN || d->every_pixel ||
+                          (d->steps ? d->steps : gtaoi_presets[d->preset].steps) == 0 || gtaoi_has_arcs(d) ||
+                          d->thin_blend > 0.0f || d->estimator == GTAO_ESTIMATOR_MEMO)))
+        return GTAO_ERROR_FAR;
     if (!gtao_isa_available(d->isa))
         return GTAO_ERROR_ISA;
     return GTAO_OK;
@@ -1534,6 +1565,14 @@ static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
     l->total = l->noise + 63; /* room to align */
     if (l->per_pixel_noise)
         l->total += (2 * 64 * (64 + GTAOI_LANES) + (l->every_pixel ? 0 : 64 * (uint64_t)l->max_steps)) * sizeof(float);
+    if (d->far_depth) {
+        uint64_t lists = phases * (uint64_t)l->slices * (uint64_t)l->classes;
+        l->far_pitch = l->segment;
+        l->far_sample = (l->total + 63) / 64 * 64;
+        l->far_begin = l->far_sample + lists * (uint64_t)l->max_steps * sizeof(gtaoi_far);
+        l->far_w = (l->far_begin + lists * sizeof(int) + 63) / 64 * 64;
+        l->total = l->far_w + ((uint64_t)d->height + 3) / 4 * (uint64_t)l->far_pitch * sizeof(float) + 63;
+    }
 }
 
 GTAO_API size_t gtao_scratch_size(const gtao_desc *desc) {
@@ -1631,6 +1670,24 @@ static int gtaoi_fill_every(const gtao_context *c, gtaoi_sample *s, gtaoi_taps *
     return n;
 }
 
+/* The far ones of a list of n samples: the blocks that hold them. Those of the two sides do not mirror each other. */
+static int gtaoi_fill_far(const gtao_context *c, const gtaoi_sample *s, gtaoi_far *far_sample, int n, int px, int py) {
+    GTAOI_NO_CONTRACT
+    int j, side, begin = n, far_px = c->d.far_px ? c->d.far_px : 32;
+    for (j = n - 1; j >= 0 && s[j].qx * s[j].qx + s[j].qy * s[j].qy >= far_px * far_px; j--, begin--)
+        for (side = 0; side < 2; side++) {
+            /* + 32768: so that what is shifted is not negative */
+            int bx = ((px + (side ? -s[j].qx : s[j].qx) + 32768) >> 2) - 8192;
+            int by = ((py + (side ? -s[j].qy : s[j].qy) + 32768) >> 2) - 8192;
+            double x = 4.0 * (double)bx + 1.5 - (double)px, y = 4.0 * (double)by + 1.5 - (double)py;
+            double length = sqrt(x * x + y * y);
+            far_sample[j].inv_length[side] = (float)(1.0 / length);
+            far_sample[j].ux[side] = (float)(x / length), far_sample[j].uy[side] = (float)(y / length);
+            far_sample[j].offset[side] = (int32_t)(by * (int)c->far_pitch + bx);
+        }
+    return begin;
+}
+
 static void gtaoi_fill_tables(gtao_context *c, const gtaoi_layout *l) {
     GTAOI_NO_CONTRACT
     int px, py, k, r;
@@ -1666,6 +1723,10 @@ static void gtaoi_fill_tables(gtao_context *c, const gtaoi_layout *l) {
                     else
                         c->count[at] =
                             gtaoi_fill_steps(c, c->sample + at * (size_t)c->max_steps, px, dx, dy, radius, offset);
+                    if (c->d.far_depth)
+                        c->far_begin[at] =
+                            gtaoi_fill_far(c, c->sample + at * (size_t)c->max_steps,
+                                           c->far_sample + at * (size_t)c->max_steps, c->count[at], px, py);
                 }
             }
         }
@@ -1906,6 +1967,10 @@ static void gtaoi_begin(const gtao_desc *desc, const gtao_output *output, const 
     c->count = (int *)(void *)(base + l.count);
     c->noise = (float *)(void *)(base + l.noise);
     c->step = c->noise + 2 * 64 * (64 + GTAOI_LANES);
+    c->far_sample = (gtaoi_far *)(void *)(base + l.far_sample);
+    c->far_begin = (int *)(void *)(base + l.far_begin);
+    c->far_w = (float *)(void *)(base + l.far_w);
+    c->far_pitch = l.far_pitch;
     gtaoi_fill_tables(c, plan);
     if (c->per_pixel_noise)
         gtaoi_fill_noise(c);
@@ -2254,6 +2319,7 @@ static void gtaoi_frame_plan(const gtao_frame_desc *f, int bent, gtaoi_frame_lay
     l->pass.width = (d->width + l->scale - 1) / l->scale, l->pass.height = (d->height + l->scale - 1) / l->scale;
     l->pass.camera = gtaoi_camera_scaled(d, l->scale);
     l->pass.max_radius_px = (d->max_radius_px + l->scale - 1) / l->scale;
+    l->pass.far_px = d->far_px ? gtaoi_imax(d->far_px / l->scale, 8) : 0;
     l->pass.sky_z = 0.0f;
     gtaoi_plan(&l->pass, &l->pass_layout);
     l->tiles_x = (l->pass.width + GTAOI_TILE_W - 1) / GTAOI_TILE_W;
@@ -2328,14 +2394,15 @@ static int gtaoi_at_rest(const gtao_frame_context *f, int tx, int ty, int ring) 
 static int gtaoi_tile_reach(const gtao_frame_context *f, float nearest) {
     const gtao_context *c = f->pass;
     float extent = c->reach, cap = c->max_radius;
+    int margin = c->d.far_depth ? 6 : 2;
     if (nearest <= GTAOI_SKY_LIMIT)
         return 0;
     if (c->every_pixel || !c->bounded)
-        return (int)cap + 2;
+        return (int)cap + margin;
     if (!c->orthographic)
         extent = extent * nearest * f->ray_max;
-    extent = extent * 1.25f / gtaoi_min(c->bx1, c->by1) + 2.0f;
-    return (int)gtaoi_min(extent, cap + 2.0f);
+    extent = extent * 1.25f / gtaoi_min(c->bx1, c->by1);
+    return (int)gtaoi_min(extent, cap) + margin;
 }
 
 /* From what changed to what is at rest, for rows [ty0, ty1) of tiles. */
@@ -2852,7 +2919,9 @@ static void gtaoi_frame_settings(const gtao_frame_desc *f, const gtaoi_frame_lay
                      l->normals,
                      l->motion,
                      d->mask != 0,
-                     (int)d->depth_kind};
+                     (int)d->depth_kind,
+                     (int)d->far_depth,
+                     d->far_px};
     const float x[] = {d->radius,       d->falloff,   d->step_power, d->thin_blend, f->depth_tolerance,
                        f->clamp_window, d->camera.sx, d->camera.sy,  d->thickness};
     memset(s, 0, sizeof *s);
@@ -3104,6 +3173,7 @@ static gtao_desc gtaoi_near_desc(const gtao_desc *desc) {
     d.every_pixel = 1;
     d.max_radius_px = GTAO_SWEEP_NEAR + GTAO_SWEEP_NEAR / 2; /* along the diagonal, too */
     d.noise = GTAO_NOISE_NONE;
+    d.far_depth = GTAO_FAR_EXACT;
     if (d.slices == 0)
         d.slices = 32;
     return d;
@@ -3982,9 +4052,74 @@ GTAOI_FN void GTAOI_NAME(gtaoi_backs)(const gtao_context *c, int k, int y0, int 
     }
 }
 
+/* Four heights as one. `same`: within so much of each other they are one surface, whose mean lies in the middle. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_four)(const gtao_context *c, const GV w[4], float same) {
+    GTAOI_NO_CONTRACT
+    const GV limit = GV_SET(GTAOI_SKY_LIMIT), zero = GV_SET(0.0f), one = GV_SET(1.0f), sky = GV_SET(GTAOI_SKY);
+    GV nearest = GV_MAX(GV_MAX(w[0], w[1]), GV_MAX(w[2], w[3])), farthest = GV_SET(FLT_MAX), per, sum = zero;
+    GV total = zero, mean = GV_MUL(GV_SET(0.25f), GV_ADD(GV_ADD(w[0], w[1]), GV_ADD(w[2], w[3])));
+    GM solid = GV_LT(limit, nearest), smooth;
+    int i;
+    for (i = 0; i < 4; i++)
+        farthest = GV_MIN(farthest, w[i]);
+    smooth = GV_LE(GV_SUB(nearest, farthest), GV_MUL(c->orthographic ? one : nearest, GV_SET(same)));
+    if (c->d.far_depth == GTAO_FAR_NEAREST)
+        return GV_SELECT(solid, GV_SELECT(smooth, mean, nearest), sky);
+    /* XeGTAO's weights: full at the farthest, none beyond 3/4 of the radius before it; 1/a - 1/b as (b - a) / a^2 */
+    for (farthest = GV_SET(FLT_MAX), i = 0; i < 4; i++)
+        farthest = GV_MIN(farthest, GV_SELECT(GV_LT(limit, w[i]), w[i], farthest));
+    per = GV_DIV(GV_SET(1.0f / (0.615f * 0.75f)), GV_SET(gtaoi_max(c->reach, 1e-18f)));
+    if (!c->orthographic)
+        per = GV_DIV(per, GV_MUL(farthest, farthest));
+    for (i = 0; i < 4; i++) {
+        GV above = GV_SUB(w[i], farthest);
+        GV weight = GV_MIN(GV_MAX(GV_SUB(GV_SET(1.0f / 0.615f), GV_MUL(above, per)), zero), one);
+        weight = GV_IF(GV_LT(limit, w[i]), weight);
+        total = GV_ADD(total, weight), sum = GV_ADD(sum, GV_IF(GV_LT(zero, weight), GV_MUL(weight, above)));
+    }
+    return GV_SELECT(solid, GV_SELECT(smooth, mean, GV_ADD(farthest, GV_DIV(sum, total))), sky);
+}
+
+GTAOI_FN void GTAOI_NAME(gtaoi_height_row)(const gtao_context *c, int x, int y, int n, float *out);
+
+/* The blocks of 4x4 pixels that begin in rows [y0, y1), whose heights are there; those of the rows below may not be
+ * yet. What the border leaves of a block holds nothing. */
+GTAOI_FN void GTAOI_NAME(gtaoi_blocks)(const gtao_context *c, int y0, int y1) {
+    const int per_row = c->d.width / 4;
+    int y, b, i, k;
+    for (y = (y0 + 3) & ~3; y < y1; y += 4) {
+        float *to = c->far_w + y / 4 * c->far_pitch + GTAOI_PAD;
+        gtaoi_fill_sky(to - GTAOI_PAD, c->far_pitch);
+        for (b = 0; y + 3 < c->d.height && b < per_row; b += GTAOI_W) {
+            GV w[4][4], four[4], column; /* [row][column] */
+            for (k = 0; k < 4; k++) {
+                const float *row = c->w + (y + k) * c->pitch + GTAOI_PAD + b;
+                float own[4 * GTAOI_W];
+                if (y + k >= y1) {
+                    GTAOI_NAME(gtaoi_height_row)(c, 4 * b, y + k, 4 * GTAOI_W, own);
+                    GTAOI_NAME(gtaoi_load4)(own, 4, w[k]);
+                }
+                for (i = 0; i < 4 && y + k < y1; i++)
+                    w[k][i] = GV_LOAD(row + i * c->segment);
+            }
+            for (i = 0; i < 4; i++) {
+                const GV *above = &w[i & 2][2 * (i & 1)], *below = &w[(i & 2) + 1][2 * (i & 1)];
+                GV quad[4];
+                quad[0] = above[0], quad[1] = above[1], quad[2] = below[0], quad[3] = below[1];
+                four[i] = GTAOI_NAME(gtaoi_four)(c, quad, c->same_surface);
+            }
+            four[0] = GTAOI_NAME(gtaoi_four)(c, four, 2.0f * c->same_surface);
+            column = GV_ADD(GV_SET((float)b), GTAOI_NAME(gtaoi_iota)());
+            GV_STORE(to + b, GV_SELECT(GV_LT(column, GV_SET((float)per_row)), four[0], GV_SET(GTAOI_SKY)));
+        }
+    }
+}
+
 GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
     int k;
     GTAOI_NAME(gtaoi_heights)(c, c->d.depth, c->d.depth_stride, c->w, y0, y1);
+    if (c->d.far_depth)
+        GTAOI_NAME(gtaoi_blocks)(c, y0, y1);
     for (k = 0; c->arcs && k < c->layer_count; k++) {
         if (k > 0)
             GTAOI_NAME(gtaoi_heights)
@@ -4253,6 +4388,26 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const GTAOI_PIXEL 
 #undef GTAOI_MARCH
 }
 
+/* Far samples [begin, n0) on the + side, [begin, n1) on the - side; `at` is the group's block. */
+GTAOI_FN void GTAOI_NAME(gtaoi_march_far)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                          GTAOI_HORIZONS *s, const float *at, const gtaoi_far *q, int begin, int n0,
+                                          int n1) {
+    GTAOI_NO_CONTRACT
+    int side, j;
+    for (side = 0; side < 2; side++)
+        for (j = begin; j < (side ? n1 : n0); j++) {
+            GV w = GV_LOAD(at + q[j].offset[side]), inv = GV_SET(q[j].inv_length[side]), rise;
+            GTAOI_SAMPLE sample;
+            GM fading;
+            rise = GV_ADD(GV_MUL(p->gx, GV_SET(q[j].ux[side])), GV_MUL(p->gy, GV_SET(q[j].uy[side])));
+            rise = GV_SUB(GV_MUL(w, inv), GV_ADD(GV_MUL(p->w0, inv), rise));
+            fading =
+                GTAOI_NAME(gtaoi_rise)(c, f, s, side, w, inv, rise, rise, &sample, c->orthographic, c->bounded, 1, 0);
+            if (c->bounded && GM_ANY(fading))
+                GTAOI_NAME(gtaoi_fade)(c, f, s, side, &sample, fading);
+        }
+}
+
 /* One list of samples: the part of it, from `begin`, that is over the image. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_list)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                             GTAOI_HORIZONS *s, const float *at, int index, const gtaoi_sample *q,
@@ -4261,6 +4416,14 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_list)(const gtao_context *c, const GTAOI_P
     int n0 = n, n1 = n, x1 = x + (GTAOI_W - 1) * c->period;
     if (!gtaoi_interior(c, q + n - 1, x, x1, y))
         n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
+    if (c->d.far_depth) { /* the border is open */
+        ptrdiff_t list = q - c->sample;
+        int m = c->far_begin[list / c->max_steps];
+        if (n0 > m || n1 > m)
+            GTAOI_NAME(gtaoi_march_far)
+        (c, p, f, s, c->far_w + (y >> 2) * c->far_pitch + GTAOI_PAD + (x >> 2), c->far_sample + list, m, n0, n1);
+        n = m, n0 = gtaoi_imin(n0, m), n1 = gtaoi_imin(n1, m);
+    }
     /* What lies outside an open border may be left out, but for the thickness heuristic, where sky too lowers horizons.
      * */
     if ((c->d.border == GTAO_BORDER_OPEN && c->d.thin_blend == 0.0f) || (n0 == n && n1 == n)) {

@@ -227,6 +227,9 @@ static const setting settings[] = {
                                             .device_scale = SCENE_DEVICE_SCALE, .device_bias = SCENE_DEVICE_BIAS}},
     {"layers-height", 0, WITH_LAYERS | WITH_MAP, {ORTHO, .depth_kind = GTAO_DEPTH_HEIGHT, .radius = 2,
                                                   .border = GTAO_BORDER_WRAP}},
+    {"far-nearest", 1, 0, {PERSPECTIVE, .radius = 4, .far_depth = GTAO_FAR_NEAREST, .far_px = 8}},
+    {"far-average", 0, 0, {ORTHO, .radius = 2, .falloff = 0.5f, .slices = 3, .steps = 9,
+                           .far_depth = GTAO_FAR_AVERAGE, .far_px = 9}},
 };
 /* clang-format on */
 
