@@ -1,0 +1,269 @@
+/* bench_frames - what a frame of a sequence costs, stage by stage, beside the same frame written straight; and what the
+ * depth chain for far samples gains and costs. Tables in Markdown into a directory.
+ *
+ *     build/bench_frames [--quick] [--size WxH] [DIRECTORY]        (1920x1080, build/bench/tables)
+ *
+ * The scene is the viewer's, its camera circles and its hoop flies. One thread, processor time, medians; whatever is
+ * compared takes turns within the same run. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+#include "court.h"
+#include "measure.h"
+#include "render.h"
+#include "straight.h"
+
+enum { REPEAT_MOST = 63, STAGES = 8, WARM = 4, REST_WARM = 76 };
+static const float radius = 1.25f, falloff = 0.25f;
+
+static void fail(const char *what) {
+    fprintf(stderr, "bench_frames: %s\n", what);
+    exit(1);
+}
+
+static void *take(size_t size) {
+    void *memory = calloc(1, size);
+    if (!memory)
+        fail("out of memory");
+    return memory;
+}
+
+/* ---- the scene ---------------------------------------------------------------------------------------------------- */
+
+typedef struct stage_set {
+    mesh mesh;
+    renderer renderer;
+    raster_view view;
+    pool *workers;
+} stage_set;
+
+static void set_open(stage_set *s, int width, int height) {
+    court_build(&s->mesh);
+    s->view = raster_view_of(width, height, 50, 0.02);
+    s->workers = pool_create(cli_processors());
+    if (!s->workers || !render_create(&s->renderer, &s->mesh, width, height))
+        fail("out of memory");
+}
+
+static void set_close(stage_set *s) {
+    render_free(&s->renderer);
+    pool_destroy(s->workers);
+    mesh_free(&s->mesh);
+}
+
+/* Depth, normals and motion of frame k. */
+static void set_draw(stage_set *s, int k) {
+    static const render_settings nothing = {.no_occlusion = 1};
+    const double yaw = 0.42 + 0.01 * k, pitch = 0.3, away = 8.2;
+    const vec3 target = v3(0.15, 1.0, -1.0), d = v3(cos(pitch) * sin(yaw), sin(pitch), cos(pitch) * cos(yaw));
+    const char *error = NULL;
+    raster_view_advance(&s->view);
+    s->view.world_to_view = raster_look_at(v3_mad(target, d, away), target);
+    for (int i = 0; i < COURT_PARTS; ++i) {
+        mesh_frame f = court_part(i, 1 + k / 30.0);
+        s->view.part_to_world[i] = raster_of_frame(&f);
+    }
+    if (k == 0)
+        raster_view_advance(&s->view);
+    if (!render_frame(&s->renderer, &s->view, &nothing, RENDER_ALBEDO, s->workers, &error))
+        fail(error);
+}
+
+static gtao_frame_desc describe(const stage_set *s) {
+    static const render_settings plain = {.radius = 1.25f};
+    gtao_frame_desc f;
+    render_describe(&s->renderer, &plain, &f);
+    f.desc.max_radius_px = 100;
+    return f;
+}
+
+/* ---- frames ------------------------------------------------------------------------------------------------------- */
+
+typedef struct variant {
+    const char *title;
+    int full, bent, rest;
+    gtao_isa isa;
+    void *state;
+    size_t size;
+    const char *names[STAGES];
+    double times[STAGES + 1][REPEAT_MOST], ms[STAGES + 1]; /* the last: all of the frame */
+    int stages;                                            /* with "begin" */
+} variant;
+
+static void run_variant(variant *v, const gtao_frame_desc *frame, float *visibility, float *bent, int repeat) {
+    gtao_frame_desc f = *frame;
+    gtao_output output;
+    gtao_frame_context *context;
+    double start = thread_seconds(), t = start;
+    memset(&output, 0, sizeof output);
+    output.visibility = visibility;
+    if (v->bent)
+        output.bent_normals = bent;
+    f.half = !v->full;
+    f.desc.isa = v->isa;
+    if (!v->state) {
+        v->size = gtao_frame_state_size(&f);
+        v->state = take(v->size);
+        start = t = thread_seconds();
+    }
+    gtao_result result = gtao_frame_begin(&f, &output, v->state, v->size, &context);
+    if (result != GTAO_OK)
+        fail(gtao_result_string(result));
+    v->stages = gtao_frame_stages(context) + 1;
+    for (int k = 0; k < v->stages; ++k) {
+        double now;
+        if (k > 0)
+            gtao_frame_run(context, k - 1, 0, gtao_frame_units(context, k - 1), NULL);
+        now = thread_seconds();
+        v->names[k] = k ? gtao_frame_stage_name(context, k - 1) : "begin";
+        if (repeat >= 0)
+            v->times[k][repeat] = 1e3 * (now - t);
+        t = now;
+    }
+    if (repeat >= 0)
+        v->times[STAGES][repeat] = 1e3 * (t - start);
+}
+
+static double ms_of(const variant *v, const char *name) {
+    for (int k = 0; k < v->stages; ++k)
+        if (strcmp(v->names[k], name) == 0)
+            return v->ms[k];
+    return 0;
+}
+
+static FILE *table(const char *directory, const char *name) {
+    char path[4096];
+    snprintf(path, sizeof path, "%s/%s.md", directory, name);
+    FILE *file = fopen(path, "w");
+    if (!file)
+        fail("cannot write its tables");
+    return file;
+}
+
+static void close_table(FILE *file) {
+    if (fclose(file) != 0)
+        fail("cannot write its tables");
+}
+
+static void stages_and_straight(const char *directory, int width, int height, int repeat) {
+    enum { MOVING, BENT, AVX2, FULL, REST, VARIANTS };
+    static variant v[VARIANTS] = {{.title = "half"},
+                                  {.title = "half, with bent normals", .bent = 1},
+                                  {.title = "half, AVX2", .isa = GTAO_ISA_AVX2},
+                                  {.title = "full", .full = 1},
+                                  {.title = "half, all at rest", .rest = 1}};
+    static const char *const names[] = {"begin", "reduce", "prepare", "horizons", "spatial", "temporal", "upsample"};
+    size_t n = (size_t)width * (size_t)height;
+    float *visibility = take(n * 4), *other = take(n * 4), *bent = take(12 * n), *straight_v = take(n * 4);
+    double seconds[STRAIGHT_STAGES] = {0}, each[STRAIGHT_STAGES + 1][REPEAT_MOST], straight_ms[STRAIGHT_STAGES + 1];
+    double difference = 0;
+    stage_set moving, still;
+    straight *plain = straight_open(width, height);
+    if (!plain)
+        fail("out of memory");
+    if (!gtao_isa_available(GTAO_ISA_AVX2))
+        v[AVX2].isa = GTAO_ISA_AUTO;
+    set_open(&moving, width, height);
+    set_open(&still, width, height);
+    set_draw(&still, 0);
+    gtao_frame_desc rest = describe(&still);
+    for (int k = 0; k < REST_WARM; ++k)
+        run_variant(&v[REST], &rest, visibility, bent, -1);
+    for (int k = 0; k < WARM + repeat; ++k) {
+        set_draw(&moving, k);
+        gtao_frame_desc f = describe(&moving);
+        view seen = {width,
+                     height,
+                     f.desc.camera.fx,
+                     0.5f * (float)width,
+                     0.5f * (float)height,
+                     radius,
+                     falloff,
+                     moving.renderer.buffers.depth,
+                     moving.renderer.buffers.normals};
+        for (int i = 0; i < VARIANTS; ++i)
+            run_variant(&v[i], i == REST ? &rest : &f, i == MOVING ? visibility : other, bent, k - WARM);
+        memset(seconds, 0, sizeof seconds);
+        straight_frame(plain, &seen, f.motion, (unsigned)k, straight_v, seconds);
+        each[STRAIGHT_STAGES][k < WARM ? 0 : k - WARM] = 0;
+        for (int s = 0; s < STRAIGHT_STAGES; ++s) {
+            each[s][k < WARM ? 0 : k - WARM] = 1e3 * seconds[s];
+            each[STRAIGHT_STAGES][k < WARM ? 0 : k - WARM] += 1e3 * seconds[s];
+        }
+    }
+    for (size_t i = 0; i < n; ++i)
+        difference += ((double)visibility[i] - (double)straight_v[i]) * ((double)visibility[i] - (double)straight_v[i]);
+    for (int i = 0; i < VARIANTS; ++i) {
+        for (int k = 0; k < v[i].stages; ++k)
+            v[i].ms[k] = median(v[i].times[k], repeat);
+        v[i].ms[STAGES] = median(v[i].times[STAGES], repeat);
+    }
+    for (int s = 0; s <= STRAIGHT_STAGES; ++s)
+        straight_ms[s] = median(each[s], repeat);
+
+    FILE *out = table(directory, "frames-stages");
+    fprintf(out, "%dx%d, one thread, ms, medians of %d frames; the %s kernel unless named:\n\n| stage |", width, height,
+            repeat, gtao_isa_name(gtao_isa_available(GTAO_ISA_AVX512) ? GTAO_ISA_AVX512 : GTAO_ISA_AUTO));
+    for (int i = 0; i < VARIANTS; ++i)
+        fprintf(out, " %s |", v[i].title);
+    fprintf(out, " straight, half | of half |\n|---|");
+    for (int i = 0; i < VARIANTS + 2; ++i)
+        fprintf(out, "--:|");
+    for (size_t k = 0; k < sizeof names / sizeof *names; ++k) {
+        static const int straight_stage[] = {
+            -1, STRAIGHT_REDUCE, -1, STRAIGHT_HORIZONS, STRAIGHT_SPATIAL, STRAIGHT_TEMPORAL, STRAIGHT_UPSAMPLE};
+        fprintf(out, "\n| %s |", names[k]);
+        for (int i = 0; i < VARIANTS; ++i)
+            fprintf(out, " %.2f |", ms_of(&v[i], names[k]));
+        if (straight_stage[k] >= 0)
+            fprintf(out, " %.1f | %.0f x |", straight_ms[straight_stage[k]],
+                    straight_ms[straight_stage[k]] / ms_of(&v[MOVING], names[k]));
+        else
+            fprintf(out, " | |");
+    }
+    fprintf(out, "\n| **frame** |");
+    for (int i = 0; i < VARIANTS; ++i)
+        fprintf(out, " %.2f |", v[i].ms[STAGES]);
+    fprintf(out, " %.1f | %.1f x |\n\n", straight_ms[STRAIGHT_STAGES],
+            straight_ms[STRAIGHT_STAGES] / v[MOVING].ms[STAGES]);
+
+    double filters = ms_of(&v[MOVING], "spatial") + ms_of(&v[MOVING], "temporal") + ms_of(&v[MOVING], "upsample");
+    double horizons = ms_of(&v[MOVING], "horizons"), still_part = v[REST].ms[STAGES] / v[MOVING].ms[STAGES];
+    double ratio = straight_ms[STRAIGHT_STAGES] / v[MOVING].ms[STAGES];
+    fprintf(out, "- filters and upsampling over the horizons: %.2f (goal: below 1, %s)\n", filters / horizons,
+            filters < horizons ? "met" : "not met");
+    fprintf(out,
+            "- the straight frame over ours: %.1f, with AVX2 %.1f (goal: 40, %s); RMSE between the two results %.3f\n",
+            ratio, straight_ms[STRAIGHT_STAGES] / v[AVX2].ms[STAGES], ratio >= 40 ? "met" : "not met",
+            sqrt(difference / (double)n));
+    fprintf(out, "- a frame in which nothing moves over a moving one: %.2f (goal: below 0.25, %s)\n", still_part,
+            still_part < 0.25 ? "met" : "not met");
+    close_table(out);
+    for (int i = 0; i < VARIANTS; ++i)
+        free(v[i].state);
+    free(visibility), free(other), free(bent), free(straight_v);
+    straight_close(plain);
+    set_close(&moving);
+    set_close(&still);
+}
+
+int main(int argc, char **argv) {
+    int quick = 0, width = 1920, height = 1080;
+    const char *directory = "build/bench/tables";
+    for (int i = 1; i < argc; ++i) {
+        if (strcmp(argv[i], "--quick") == 0)
+            quick = 1;
+        else if (strcmp(argv[i], "--size") == 0 && i + 1 < argc && cli_size(argv[i + 1], 64, 4096, &width, &height))
+            ++i;
+        else if (argv[i][0] != '-')
+            directory = argv[i];
+        else
+            return fprintf(stderr, "usage: bench_frames [--quick] [--size WxH] [DIRECTORY]\n"), 2;
+    }
+    width &= ~1, height &= ~1;
+    stages_and_straight(directory, width, height, quick ? 3 : 15);
+    return 0;
+}
