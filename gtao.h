@@ -469,7 +469,9 @@ typedef struct gtao_frame_desc {
     int motion_components; /* floats a pixel: 0 (2), 2, or 3: the third is the previous view depth z' minus z */
     int cut;               /* nonzero: forget the history */
 
-    int no_skip; /* nonzero: compute also what did not change; the results are the same */
+    int no_skip;   /* nonzero: compute also what did not change; the results are the same */
+    int unchanged; /* nonzero: camera, depth, normals and mask are those of the previous frame, and nothing moves. Saves
+                    * reading them to find that out; ignored in the first frame */
 } gtao_frame_desc;
 
 /* Bytes of state for this description, or 0 if it is invalid. All frames of a sequence need the same size; when it or
@@ -749,6 +751,13 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #else
 #define GTAOI_INLINE static inline
 #define GTAOI_TARGET(isa)
+#endif
+
+/* Before a loop of few, constant rounds over arrays of vectors, which gcc -O2 otherwise keeps in memory. */
+#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 8
+#define GTAOI_UNROLL _Pragma("GCC unroll 8")
+#else
+#define GTAOI_UNROLL
 #endif
 
 /* The lines of n floats ahead of a stream; never faults. */
@@ -2239,6 +2248,7 @@ struct gtao_frame_context {
     float disocclusion_scale, disocclusion_bias; /* in time */
     float ray_max;                               /* greatest |r| */
     int moved;                                   /* the camera */
+    int unchanged;                               /* so the caller says */
     float before[12];                            /* view_to_previous, translation in units of the heights */
     float before_fx, before_fy, before_cx, before_cy; /* previous camera, filters' resolution */
     float window[2][5];                               /* weights of the first pass and of the others, offsets -2 .. 2 */
@@ -2374,6 +2384,34 @@ static float gtaoi_beyond(const gtao_frame_context *f, float a, float b) {
     GTAOI_NO_CONTRACT
     float d = a - b, tolerance = (f->full.orthographic ? 1.0f : a) * f->full.same_surface;
     return a > GTAOI_SKY_LIMIT && d <= tolerance && -d <= tolerance ? a + d : a;
+}
+
+/* Rows [ty0, ty1) of tiles as they were. Of the two planes of heights both have to hold them, of the motion none. */
+static void gtaoi_keep(const gtao_frame_context *f, int ty0, int ty1) {
+    int k, ty, x;
+    for (ty = ty0; ty < ty1; ty++) {
+        ptrdiff_t at = (ptrdiff_t)ty * GTAOI_TILE_H * f->pitch - GTAOI_PAD;
+        size_t n = (size_t)(gtaoi_imin(GTAOI_TILE_H, f->height - ty * GTAOI_TILE_H) * f->pitch) * sizeof(float);
+        int same = 1;
+        for (x = ty * f->tiles_x; x < (ty + 1) * f->tiles_x; x++) {
+            same &= f->still[x] > 1;
+            f->changed[x] = 0;
+        }
+        if (same && !f->f.no_skip)
+            continue;
+        memcpy(f->height_now + at, f->height_before + at, n);
+        for (k = 0; f->f.motion && k < 3; k++)
+            memset(f->motion + k * f->plane + at, 0, n);
+    }
+}
+
+/* Whether anything changed in row ty of tiles. */
+static int gtaoi_row_changed(const gtao_frame_context *f, int ty) {
+    int x;
+    for (x = ty * f->tiles_x; x < (ty + 1) * f->tiles_x; x++)
+        if (f->changed[x])
+            return 1;
+    return 0;
 }
 
 /* Whether all tiles within `ring` of this one are at rest. */
@@ -2973,6 +3011,7 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     }
     memset(f, 0, sizeof *f);
     f->fresh = s->count == 0;
+    f->unchanged = frame->unchanged && !f->fresh;
     f->f = *frame;
     f->scale = l.scale, f->width = l.pass.width, f->height = l.pass.height;
     f->bent = l.bent, f->passes = l.passes, f->temporal = l.temporal;
@@ -3118,11 +3157,18 @@ GTAO_API void gtao_frame_run(gtao_frame_context *context, int stage, int unit_be
     y0 = unit_begin * GTAOI_TILE_H, y1 = gtaoi_imin(unit_end * GTAOI_TILE_H, context->height);
     switch (kind) {
     case GTAOI_REDUCE:
-        GTAOI_DISPATCH(isa, gtaoi_reduce, (context, unit_begin, unit_end));
+        if (context->unchanged)
+            gtaoi_keep(context, unit_begin, unit_end);
+        else
+            GTAOI_DISPATCH(isa, gtaoi_reduce, (context, unit_begin, unit_end));
         break;
     case GTAOI_PREPARE:
         gtaoi_judge_tiles(context, unit_begin, unit_end);
-        GTAOI_DISPATCH(isa, gtaoi_prepare, (context->pass, y0, y1));
+        for (; unit_begin < unit_end; unit_begin++)
+            if (context->fresh || context->f.no_skip || gtaoi_row_changed(context, unit_begin)) {
+                y0 = unit_begin * GTAOI_TILE_H, y1 = gtaoi_imin(y0 + GTAOI_TILE_H, context->height);
+                GTAOI_DISPATCH(isa, gtaoi_prepare, (context->pass, y0, y1));
+            }
         break;
     case GTAOI_HORIZONS:
         GTAOI_DISPATCH(isa, gtaoi_visibility, (context->pass, y0, y1, stats));
@@ -6267,6 +6313,7 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_choose)(const gtao_frame_context *f, const GV w[4],
     GV of_farthest = zero, chosen, across, down, scale;
     GM far_one, smooth;
     int i;
+    GTAOI_UNROLL
     for (i = 1; i < 4; i++) {
         GM nearer = GV_LT(nearest, w[i]), farther = GM_AND(GV_LT(limit, w[i]), GV_LT(w[i], farthest));
         nearest = GV_SELECT(nearer, w[i], nearest), of_nearest = GV_SELECT(nearer, GV_SET((float)i), of_nearest);
@@ -6289,27 +6336,52 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_choose)(const gtao_frame_context *f, const GV w[4],
     return GV_ADD(chosen, GV_IF(smooth, GV_MUL(half, GV_ADD(across, down))));
 }
 
+/* Components 0 .. 2 (or 1) of the chosen pixels of one image, as planes. `which` is 0 .. 3 in each block. */
+GTAOI_FN void GTAOI_NAME(gtaoi_pick)(const gtao_frame_context *f, const void *image, ptrdiff_t stride, int components,
+                                     int x0, int y, int count, const float *which, float values[3][GTAOI_TILE_W]) {
+    const int s = f->scale, row = y * s, width = f->full.d.width;
+    const char *above = (const char *)image + (ptrdiff_t)row * stride;
+    const char *below = (const char *)image + (ptrdiff_t)gtaoi_imin(row + 1, f->full.d.height - 1) * stride;
+    const float *from[4];
+    float in[4 * GTAOI_TILE_W];
+    size_t bytes = components > 2 ? 16 : 8; /* one move; what is too much belongs to the next pixel, */
+    int i, j, whole = gtaoi_imin(count, (width - 1) / s - x0); /* which the last block has not */
+    for (i = 0; i < 4; i++)
+        from[i] = (const float *)(const void *)(i & 2 ? below : above) + (x0 * s + (i & 1)) * components;
+    GTAOI_PREFETCH(from[0] + 2 * GTAOI_TILE_W * components, s * GTAOI_TILE_W * components);
+    if (s == 2)
+        GTAOI_PREFETCH(from[2] + 2 * GTAOI_TILE_W * components, s * GTAOI_TILE_W * components);
+    for (i = 0; i < whole; i++)
+        if (bytes == 16)
+            memcpy(in + 4 * i, from[(int)which[i]] + i * s * components, 16);
+        else
+            memcpy(in + 4 * i, from[(int)which[i]] + i * s * components, 8);
+    for (i = gtaoi_imax(whole, 0); i < count; i++) {
+        int x = gtaoi_imin((x0 + i) * s + ((int)which[i] & 1), width - 1);
+        const char *of = which[i] > 1.5f ? below : above;
+        for (j = 0; j < gtaoi_imin(components, 3); j++)
+            in[4 * i + j] = ((const float *)(const void *)of)[x * components + j];
+    }
+    for (i *= 4; i < 4 * GTAOI_TILE_W; i++)
+        in[i] = 0.0f;
+    for (i = 0; i < GTAOI_TILE_W; i += GTAOI_W) {
+        GV v[4];
+        GTAOI_NAME(gtaoi_load4)(in + 4 * i, 4, v);
+        for (j = 0; j < 3; j++)
+            GV_STORE(values[j] + i, v[j]);
+    }
+}
+
 /* The chosen pixels' normals, made unit length, motion and mask; returns whether any of them differs from before. */
 GTAOI_FN int GTAOI_NAME(gtaoi_reduce_rest)(const gtao_frame_context *f, int x0, int y, int count, const float *which) {
     GTAOI_NO_CONTRACT
     const gtao_desc *d = &f->full.d;
     float *normal = f->normals + (ptrdiff_t)y * f->pitch + x0, *motion = f->motion + (ptrdiff_t)y * f->pitch + x0;
-    float to_pass = 1.0f / (float)f->scale, values[3][GTAOI_TILE_W];
-    int i, k, changed = 0, components = d->normal_components;
-    int px[GTAOI_TILE_W], py[GTAOI_TILE_W];
-    for (i = 0; i < count; i++) {
-        px[i] = gtaoi_imin((x0 + i) * f->scale + ((int)which[i] & 1), d->width - 1);
-        py[i] = gtaoi_imin(y * f->scale + ((int)which[i] >> 1), d->height - 1);
-    }
+    float values[3][GTAOI_TILE_W];
+    int i, k, changed = 0;
     if (d->normals) {
-        for (i = 0; i < count; i++) {
-            const float *n =
-                (const float *)(const void *)((const char *)d->normals + (ptrdiff_t)py[i] * d->normal_stride) +
-                (ptrdiff_t)px[i] * components;
-            values[0][i] = n[0], values[1][i] = n[1], values[2][i] = n[2];
-        }
-        for (; i < GTAOI_TILE_W; i++)
-            values[0][i] = values[1][i] = values[2][i] = 0.0f;
+        GTAOI_NAME(gtaoi_pick)
+        (f, d->normals, d->normal_stride, d->normal_components, x0, y, count, which, values);
         for (i = 0; i < count; i += GTAOI_W) {
             GV n[3], len2, scale;
             GM valid;
@@ -6326,15 +6398,15 @@ GTAOI_FN int GTAOI_NAME(gtaoi_reduce_rest)(const gtao_frame_context *f, int x0, 
         }
     }
     if (f->f.motion) {
-        for (i = 0; i < count; i++) {
-            const float *m =
-                (const float *)(const void *)((const char *)f->f.motion + (ptrdiff_t)py[i] * f->f.motion_stride) +
-                (ptrdiff_t)px[i] * f->f.motion_components;
-            motion[i] = m[0] * to_pass, motion[f->plane + i] = m[1] * to_pass;
-            motion[2 * f->plane + i] = f->f.motion_components == 3 ? m[2] : 0.0f;
-            for (k = 0; k < f->f.motion_components; k++)
-                changed |= !(m[k] == 0.0f);
-        }
+        int components = f->f.motion_components;
+        GV to_pass = GV_SET(1.0f / (float)f->scale), zero = GV_SET(0.0f);
+        GTAOI_NAME(gtaoi_pick)(f, f->f.motion, f->f.motion_stride, components, x0, y, count, which, values);
+        for (i = 0; i < count; i += GTAOI_W)
+            for (k = 0; k < 3; k++) {
+                GV m = k < components ? GV_LOAD(values[k] + i) : zero;
+                changed |= GM_BITS(GV_EQ(m, zero)) != GTAOI_ALL;
+                GV_STORE(motion + k * f->plane + i, k < 2 ? GV_MUL(m, to_pass) : m);
+            }
     }
     if (d->mask) {
         uint8_t *mask = f->mask + (ptrdiff_t)y * f->pass->d.mask_stride + x0;
@@ -6353,60 +6425,70 @@ GTAOI_FN int GTAOI_NAME(gtaoi_reduce_rest)(const gtao_frame_context *f, int x0, 
 }
 
 /* The caller's depth, normals, motion and mask to the filters' resolution, and which tiles of them changed; rows
- * [ty0, ty1) of tiles. */
+ * [ty0, ty1) of tiles. Row by row, not tile by tile: for the sake of the caches. */
 GTAOI_FN void GTAOI_NAME(gtaoi_reduce)(const gtao_frame_context *f, int ty0, int ty1) {
     GTAOI_NO_CONTRACT
     const GV sky = GV_SET(GTAOI_SKY), width = GV_SET((float)f->width);
-    int tx, ty, x, y, i, k, s = f->scale;
-    for (ty = ty0; ty < ty1; ty++)
+    int tx, x, y, i, k, s = f->scale, y1 = gtaoi_imin(ty1 * GTAOI_TILE_H, f->height);
+    for (y = ty0 * GTAOI_TILE_H; y < y1; y++)
         for (tx = 0; tx < f->tiles_x; tx++) {
-            int x0 = tx * GTAOI_TILE_W, y0 = ty * GTAOI_TILE_H, changed = 0, at = ty * f->tiles_x + tx;
+            int x0 = tx * GTAOI_TILE_W, at = y / GTAOI_TILE_H * f->tiles_x + tx, changed = 0;
             int count = gtaoi_imin(GTAOI_TILE_W, f->width - x0), lanes = (count + GTAOI_W - 1) / GTAOI_W * GTAOI_W;
+            float *to = f->height_now + (ptrdiff_t)y * f->pitch + x0, rows[2][2 * GTAOI_TILE_W];
+            const float *before = f->height_before + (ptrdiff_t)y * f->pitch + x0;
+            float which[GTAOI_TILE_W], greatest_lanes[GTAOI_W];
             GV greatest = sky;
-            float greatest_lanes[GTAOI_W];
-            for (y = y0; y < gtaoi_imin(y0 + GTAOI_TILE_H, f->height); y++) {
-                float *to = f->height_now + (ptrdiff_t)y * f->pitch + x0, rows[2][2 * GTAOI_TILE_W];
-                const float *before = f->height_before + (ptrdiff_t)y * f->pitch + x0;
-                float which[GTAOI_TILE_W];
-                for (k = 0; k < s; k++)
-                    GTAOI_NAME(gtaoi_height_row)(&f->full, x0 * s, y * s + k, lanes * s, rows[k]);
-                if (s == 2 && y * 2 + 1 == f->full.d.height && y > 0) {
-                    float above[2 * GTAOI_TILE_W];
-                    GTAOI_NAME(gtaoi_height_row)(&f->full, x0 * s, y * s - 1, lanes * s, above);
-                    for (i = 0; i < 2 * count; i++)
-                        rows[1][i] = gtaoi_beyond(f, rows[0][i], above[i]);
-                }
-                i = f->full.d.width - x0 * s;
-                if (s == 2 && i < 2 * count && i > 1)
-                    for (k = 0; k < 2; k++)
-                        rows[k][i] = gtaoi_beyond(f, rows[k][i - 1], rows[k][i - 2]);
-                for (i = 0; i < count; i += GTAOI_W) {
-                    GV column = GV_ADD(GV_SET((float)(x0 + i)), GTAOI_NAME(gtaoi_iota)()), w[4], height, index;
-                    if (s == 1) {
-                        height = GV_LOAD(rows[0] + i), index = GV_SET(0.0f);
-                    } else {
-                        GV half = GV_MUL(GV_ADD(column, GV_SET((float)y)), GV_SET(0.5f));
-                        GTAOI_NAME(gtaoi_load2)(rows[0] + 2 * i, &w[0], &w[1]);
-                        GTAOI_NAME(gtaoi_load2)(rows[1] + 2 * i, &w[2], &w[3]);
-                        height = GTAOI_NAME(gtaoi_choose)(
-                            f, w, GV_MUL(GV_SET(2.0f), GV_SUB(half, GTAOI_NAME(gtaoi_floor)(half))), &index);
-                    }
-                    height = GV_SELECT(GV_LT(column, width), height, sky);
-                    changed |= GM_BITS(GV_EQ(height, GV_LOAD(before + i))) != GTAOI_ALL;
-                    greatest = GV_MAX(greatest, height);
-                    GV_STORE(to + i, height);
-                    GV_STORE(which + i, index);
-                }
-                changed |= GTAOI_NAME(gtaoi_reduce_rest)(f, x0, y, count, which);
-                if (tx == f->tiles_x - 1)
-                    gtaoi_pad_plane(f, to - x0, 0);
+            for (k = 0; k < s; k++) {
+                const char *ahead = (const char *)f->full.d.depth + (ptrdiff_t)(y * s + k) * f->full.d.depth_stride;
+                GTAOI_PREFETCH(ahead + (x0 + 3 * GTAOI_TILE_W) * s * 4, GTAOI_TILE_W * s);
             }
+            for (k = 0; k < 3; k++) {
+                if (f->full.d.normals)
+                    GTAOI_PREFETCH(f->normals + (ptrdiff_t)y * f->pitch + k * f->plane + x0 + 2 * GTAOI_TILE_W,
+                                   GTAOI_TILE_W);
+                if (f->f.motion)
+                    GTAOI_PREFETCH(f->motion + (ptrdiff_t)y * f->pitch + k * f->plane + x0 + 2 * GTAOI_TILE_W,
+                                   GTAOI_TILE_W);
+            }
+            for (k = 0; k < s; k++)
+                GTAOI_NAME(gtaoi_height_row)(&f->full, x0 * s, y * s + k, lanes * s, rows[k]);
+            if (s == 2 && y * 2 + 1 == f->full.d.height && y > 0) {
+                float above[2 * GTAOI_TILE_W];
+                GTAOI_NAME(gtaoi_height_row)(&f->full, x0 * s, y * s - 1, lanes * s, above);
+                for (i = 0; i < 2 * count; i++)
+                    rows[1][i] = gtaoi_beyond(f, rows[0][i], above[i]);
+            }
+            i = f->full.d.width - x0 * s;
+            if (s == 2 && i < 2 * count && i > 1)
+                for (k = 0; k < 2; k++)
+                    rows[k][i] = gtaoi_beyond(f, rows[k][i - 1], rows[k][i - 2]);
+            for (i = 0; i < count; i += GTAOI_W) {
+                GV column = GV_ADD(GV_SET((float)(x0 + i)), GTAOI_NAME(gtaoi_iota)()), w[4], height, index;
+                if (s == 1) {
+                    height = GV_LOAD(rows[0] + i), index = GV_SET(0.0f);
+                } else {
+                    GV half = GV_MUL(GV_ADD(column, GV_SET((float)y)), GV_SET(0.5f));
+                    GTAOI_NAME(gtaoi_load2)(rows[0] + 2 * i, &w[0], &w[1]);
+                    GTAOI_NAME(gtaoi_load2)(rows[1] + 2 * i, &w[2], &w[3]);
+                    height = GTAOI_NAME(gtaoi_choose)(
+                        f, w, GV_MUL(GV_SET(2.0f), GV_SUB(half, GTAOI_NAME(gtaoi_floor)(half))), &index);
+                }
+                height = GV_SELECT(GV_LT(column, width), height, sky);
+                changed |= GM_BITS(GV_EQ(height, GV_LOAD(before + i))) != GTAOI_ALL;
+                greatest = GV_MAX(greatest, height);
+                GV_STORE(to + i, height);
+                GV_STORE(which + i, index);
+            }
+            changed |= GTAOI_NAME(gtaoi_reduce_rest)(f, x0, y, count, which);
+            if (tx == f->tiles_x - 1)
+                gtaoi_pad_plane(f, to - x0, 0);
             GV_STORE(greatest_lanes, greatest);
             for (x = 1; x < GTAOI_W; x++)
                 greatest_lanes[0] = gtaoi_max(greatest_lanes[0], greatest_lanes[x]);
-            /* a tile sees what was there before, too */
-            f->nearest[at] = greatest_lanes[0];
-            f->changed[at] = (uint8_t)changed;
+            if (y % GTAOI_TILE_H == 0)
+                f->nearest[at] = greatest_lanes[0], f->changed[at] = (uint8_t)changed;
+            f->nearest[at] = gtaoi_max(f->nearest[at], greatest_lanes[0]);
+            f->changed[at] |= (uint8_t)changed;
         }
 }
 
@@ -6443,6 +6525,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, i
     const float *window = f->window[pass > 0], *in = pass ? f->filtered[!(pass & 1)] : f->raw;
     float *out = f->filtered[pass & 1];
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
+    const int first = window[0] == 0.0f, taps = 4 + (!first && window[4] > 0.0f) - (first && window[4] == 0.0f);
+    const int plain = window[first] == 1.0f;
     int x, y, i, j, k, planes = f->bent ? 5 : 2;
     for (y = y0; y < y1; y++) {
         const float *heights[5], *signal[5];
@@ -6453,7 +6537,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, i
         }
         for (x = 0; x < f->width; x += GTAOI_W) {
             GV w0 = GV_LOAD(heights[2] + x), tolerance = GTAOI_NAME(gtaoi_tolerance)(f, w0), inv, gx, gy, bend;
-            GV centre[5], sum[5], total = zero, shares = zero;
+            GV centre[5], sum[5], total = zero, shares = zero, across[5];
             GM solid = GV_LT(limit, w0), good;
             if (x % GTAOI_TILE_W == 0 && gtaoi_at_rest(f, x / GTAOI_TILE_W, y / GTAOI_TILE_H, 1)) {
                 x += GTAOI_TILE_W - GTAOI_W;
@@ -6463,25 +6547,33 @@ GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, i
                 centre[k] = GV_LOAD(signal[2] + k * f->plane + x), sum[k] = zero;
             if (GM_ANY(solid)) {
                 GTAOI_NAME(gtaoi_slope)(heights, x, w0, tolerance, &gx, &gy, &bend);
-                inv = GV_DIV(one, GV_ADD(tolerance, GV_MIN(GV_ADD(bend, bend), tolerance)));
-                for (j = 0; j < 5; j++) {
+                /* no more than 1e28, from which the sky is still far */
+                inv = GV_MIN(GV_ADD(tolerance, GV_MIN(GV_ADD(bend, bend), tolerance)), GV_SET(1e28f));
+                inv = GV_DIV(one, inv);
+                GTAOI_UNROLL
+                for (i = 0; i < 5; i++)
+                    across[i] = GV_MUL(gx, GV_SET((float)(first + i - 2)));
+                for (j = first; j < first + taps; j++) {
+                    const float *from = signal[j] + x + first - 2, *near_by = heights[j] + x + first - 2;
                     GV along = GV_ADD(w0, GV_MUL(gy, GV_SET((float)(j - 2))));
-                    if (window[j] == 0.0f)
-                        continue;
-                    for (i = 0; i < 5; i++) {
-                        const float *from = signal[j] + x + i - 2;
-                        GV w, share, weight;
-                        if (window[i] == 0.0f)
-                            continue;
-                        w = GV_LOAD(heights[j] + x + i - 2);
-                        share = GV_ADD(along, GV_MUL(gx, GV_SET((float)(i - 2))));
-                        share = GV_SUB(one, GV_MUL(GV_ABS(GV_SUB(w, share)), inv));
-                        share = GV_IF(GV_LT(limit, w), GV_MUL(GV_MAX(share, zero), GV_SET(window[i] * window[j])));
+                    GTAOI_UNROLL
+                    for (i = 0; i < 5; i++, from++) {
+                        GV share, weight;
+                        if (i == taps)
+                            break;
+                        share = GV_ABS(GV_SUB(GV_LOAD(near_by + i), GV_ADD(along, across[i])));
+                        share = GV_MAX(GV_SUB(one, GV_MUL(share, inv)), zero);
+                        if (!plain)
+                            share = GV_MUL(share, GV_SET(window[first + i] * window[j]));
                         weight = GV_MUL(share, GV_LOAD(from + f->plane));
                         shares = GV_ADD(shares, share), total = GV_ADD(total, weight);
                         sum[0] = GV_ADD(sum[0], GV_MUL(weight, GV_SUB(GV_LOAD(from), centre[0])));
-                        for (k = 2; k < planes; k++)
-                            sum[k] = GV_ADD(sum[k], GV_MUL(weight, GV_SUB(GV_LOAD(from + k * f->plane), centre[k])));
+                        if (f->bent) {
+                            GTAOI_UNROLL
+                            for (k = 2; k < 5; k++)
+                                sum[k] =
+                                    GV_ADD(sum[k], GV_MUL(weight, GV_SUB(GV_LOAD(from + k * f->plane), centre[k])));
+                        }
                     }
                 }
                 good = GM_AND(solid, GV_LT(zero, total));
@@ -6567,51 +6659,62 @@ typedef struct GTAOI_HISTORY {
 } GTAOI_HISTORY;
 
 /* [J16] each of the four bilinear taps is tested on its own, in the one direction that tells disocclusion: a history
- * that was nearer than the surface is another's. Lanes that moved by the same whole pixels are taken together, so that
- * all loads are contiguous. */
+ * that was nearer than the surface is another's. Lanes that moved by nearly the same whole pixels are taken together, so
+ * that all loads are contiguous: a bilinear weight is the product of two hats, and zero beyond the four taps. */
 GTAOI_FN void GTAOI_NAME(gtaoi_fetch_history)(const gtao_frame_context *f, int x0, GM valid, GV px, GV py, GV pw, GV gx,
                                               GV gy, const GV *now, GTAOI_HISTORY *h) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
     GV bx = GTAOI_NAME(gtaoi_floor)(px), by = GTAOI_NAME(gtaoi_floor)(py), fx = GV_SUB(px, bx), fy = GV_SUB(py, by);
     GV inv = GV_DIV(one, GV_ADD(GV_MUL(pw, GV_SET(f->disocclusion_scale)), GV_SET(f->disocclusion_bias)));
-    GV step_x = GV_SUB(bx, GV_ADD(GV_SET((float)x0), GTAOI_NAME(gtaoi_iota)()));
+    GV here = GV_ADD(GV_SET((float)x0), GTAOI_NAME(gtaoi_iota)()), step_x = GV_SUB(bx, here), shift = GV_SUB(px, here);
+    GV value[5], weight = zero, length = zero, speed = zero, last = zero, deviation = zero;
     float steps[GTAOI_W], rows[GTAOI_W];
-    int i, j, k, planes = f->bent ? 5 : 1;
-    memset(h, 0, sizeof *h);
+    int i, j, k;
     GV_STORE(steps, step_x), GV_STORE(rows, by);
     h->blur = GV_ADD(GV_MUL(fx, GV_SUB(one, fx)), GV_MUL(fy, GV_SUB(one, fy)));
+    value[0] = value[2] = value[3] = value[4] = zero;
     while (GM_ANY(valid)) {
-        int first = GTAOI_NAME(gtaoi_first)(GM_BITS(valid)), column = x0 + (int)steps[first], row = (int)rows[first];
-        GM lanes = GM_AND(valid, GM_AND(GV_EQ(step_x, GV_SET(steps[first])), GV_EQ(by, GV_SET(rows[first]))));
-        for (j = 0; j < 2; j++) {
-            const float *heights = gtaoi_plane_row(f, f->height_before, row + j) + column;
-            const float *history = gtaoi_plane_row(f, f->history_before, row + j) + column;
-            GV wy = j ? fy : GV_SUB(one, fy), dy = GV_SUB(GV_SET((float)j), fy);
-            for (i = 0; i < 2; i++, heights++, history++) {
-                GV share = GV_MUL(i ? fx : GV_SUB(one, fx), wy), w, expected;
-                GM used = GM_AND(lanes, GV_LT(zero, share));
+        int first = GTAOI_NAME(gtaoi_first)(GM_BITS(valid));
+        GM lanes = GM_AND(valid, GM_AND(GV_LE(GV_ABS(GV_SUB(step_x, GV_SET(steps[first]))), one),
+                                        GV_LE(GV_ABS(GV_SUB(by, GV_SET(rows[first]))), one)));
+        for (j = -1; j < 3; j++) {
+            int row = (int)rows[first] + j, column = x0 + (int)steps[first] - 1;
+            GV dy = GV_SUB(GV_SET((float)row), py), wy = GV_MAX(GV_SUB(one, GV_ABS(dy)), zero), expected;
+            const float *heights, *history;
+            if (!GM_ANY(GM_AND(lanes, GV_LT(zero, wy))))
+                continue;
+            heights = gtaoi_plane_row(f, f->height_before, row) + column;
+            history = gtaoi_plane_row(f, f->history_before, row) + column;
+            expected = GV_ADD(pw, GV_MUL(gy, dy));
+            for (i = 0; i < 4; i++, heights++, history++) {
+                GV dx = GV_SUB(GV_SET(steps[first] - 1.0f + (float)i), shift), w, share;
+                GM used;
+                share = GV_MUL(GV_MAX(GV_SUB(one, GV_ABS(dx)), zero), wy);
+                used = GM_AND(lanes, GV_LT(zero, share));
                 if (!GM_ANY(used))
                     continue;
                 w = GV_LOAD(heights);
-                expected = GV_ADD(GV_ADD(pw, GV_MUL(gx, GV_SUB(GV_SET((float)i), fx))), GV_MUL(gy, dy));
                 used = GM_AND(used, GV_LT(limit, w));
-                w = GV_SUB(one, GV_MUL(GV_SUB(w, expected), inv));
+                w = GV_SUB(one, GV_MUL(GV_SUB(w, GV_ADD(expected, GV_MUL(gx, dx))), inv));
                 share = GV_IF(used, GV_MUL(share, GV_MIN(GV_MAX(w, zero), one)));
-                h->weight = GV_ADD(h->weight, share);
-                h->length = GV_ADD(h->length, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_LENGTH * f->plane)));
-                h->speed = GV_ADD(h->speed, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_SPEED * f->plane)));
-                h->last = GV_ADD(h->last, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_LAST * f->plane)));
-                h->deviation =
-                    GV_ADD(h->deviation, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_DEVIATION * f->plane)));
-                for (k = 0; k < planes; k++)
-                    if (k != GTAOI_HISTORY_LENGTH)
-                        h->value[k] =
-                            GV_ADD(h->value[k], GV_MUL(share, GV_SUB(GV_LOAD(history + k * f->plane), now[k])));
+                weight = GV_ADD(weight, share);
+                length = GV_ADD(length, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_LENGTH * f->plane)));
+                speed = GV_ADD(speed, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_SPEED * f->plane)));
+                last = GV_ADD(last, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_LAST * f->plane)));
+                deviation = GV_ADD(deviation, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_DEVIATION * f->plane)));
+                value[0] = GV_ADD(value[0], GV_MUL(share, GV_SUB(GV_LOAD(history), now[0])));
+                if (f->bent) {
+                    GTAOI_UNROLL
+                    for (k = 2; k < 5; k++)
+                        value[k] = GV_ADD(value[k], GV_MUL(share, GV_SUB(GV_LOAD(history + k * f->plane), now[k])));
+                }
             }
         }
         valid = GM_ANDNOT(valid, lanes);
     }
+    h->weight = weight, h->length = length, h->speed = speed, h->last = last, h->deviation = deviation;
+    h->value[0] = value[0], h->value[1] = zero, h->value[2] = value[2], h->value[3] = value[3], h->value[4] = value[4];
 }
 
 /* [J16] exponential accumulation. A pixel's history counts its frames, so that the first ones are averaged; it is at
@@ -6641,8 +6744,10 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int y0, in
             if (x % GTAOI_TILE_W == 0 && f->rest[y / GTAOI_TILE_H * f->tiles_x + x / GTAOI_TILE_W]) {
                 const float *from = f->history_before + (ptrdiff_t)y * f->pitch + x;
                 size_t n = (size_t)gtaoi_imin(GTAOI_TILE_W, f->width - x) * sizeof(float);
-                for (k = 0; k < GTAOI_HISTORY_PLANES; k++)
-                    memcpy(to + k * f->plane + x, from + k * f->plane, n);
+                /* once both histories hold it, it stands */
+                if (f->still[y / GTAOI_TILE_H * f->tiles_x + x / GTAOI_TILE_W] <= GTAOI_AT_REST + 1 || f->f.no_skip)
+                    for (k = 0; k < GTAOI_HISTORY_PLANES; k++)
+                        memcpy(to + k * f->plane + x, from + k * f->plane, n);
                 x += GTAOI_TILE_W - GTAOI_W;
                 continue;
             }
@@ -6673,6 +6778,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int y0, in
                 /* the four 2x2 means around the pixel, as bilinear taps at its corners fetch them; and what one frame
                  * deviates from the history by chance */
                 GV means[4], least, greatest, window, clamped, part;
+                GTAOI_UNROLL
                 for (j = 0; j < 4; j++) {
                     const float *across = signal[1] + x, *down = signal[j & 2] + x;
                     int side = j & 1 ? 1 : -1;
@@ -6760,24 +6866,38 @@ GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TA
     static const float bilinear[4] = {9.0f / 16.0f, 3.0f / 16.0f, 3.0f / 16.0f, 1.0f / 16.0f};
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
     GV tolerance = GV_ADD(GTAOI_NAME(gtaoi_tolerance)(f, w), taps->slack), inv, total = zero;
-    GV sum[5];
+    GV sum[5], away[4];
     int t, k, planes = f->bent ? 5 : 1;
-    GM solid = GV_LT(limit, w);
+    GM solid = GV_LT(limit, w), fits;
+    tolerance = GV_MIN(tolerance, GV_SET(1e28f)); /* the sky never fits */
+    GTAOI_UNROLL
+    for (t = 0; t < 4; t++)
+        away[t] = GV_ABS(GV_SUB(GV_LOAD(taps->height[t] + i), w));
+    fits = GV_LE(GV_MAX(GV_MAX(away[0], away[1]), GV_MAX(away[2], away[3])), tolerance);
+    for (k = 0; k < planes; k += k ? 1 : 2) {
+        GV own = GV_LOAD(taps->signal[0] + k * f->plane + i), more = zero;
+        GTAOI_UNROLL
+        for (t = 1; t < 4; t++) /* nearly everywhere: the same as below, where all weights are 1 */
+            more = GV_ADD(more, GV_MUL(GV_SET(bilinear[t]), GV_SUB(GV_LOAD(taps->signal[t] + k * f->plane + i), own)));
+        out[k] = GV_ADD(own, more);
+    }
+    if (GM_BITS(GM_AND(fits, solid)) == GTAOI_ALL)
+        return;
     for (k = 0; k < planes; k++)
         out[k] = GV_LOAD(taps->signal[0] + k * f->plane + i), sum[k] = zero;
     inv = GV_DIV(one, tolerance);
+    GTAOI_UNROLL
     for (t = 0; t < 4; t++) {
-        GV tap = GV_LOAD(taps->height[t] + i), e = GV_MUL(GV_ABS(GV_SUB(tap, w)), inv), share, close;
+        GV e = GV_MUL(away[t], inv), share, close;
         /* full weight up to the tolerance, none at twice that; if all are beyond, the closest */
-        share = GV_MIN(GV_MAX(GV_SUB(GV_SET(2.0f), e), zero), one);
+        share = GV_MAX(GV_SUB(GV_SET(2.0f), e), zero);
         close = GV_DIV(GV_SET(1.0f / 64.0f), GV_ADD(one, e));
         close = GV_MUL(close, close);
-        share = GV_MUL(GV_ADD(share, GV_MUL(close, close)), GV_SET(bilinear[t]));
-        share = GV_IF(GV_LT(limit, tap), share);
+        share = GV_SELECT(GV_LE(away[t], tolerance), one, GV_MIN(GV_ADD(share, GV_MUL(close, close)), one));
+        share = GV_IF(GV_LT(limit, GV_LOAD(taps->height[t] + i)), GV_MUL(share, GV_SET(bilinear[t])));
         total = GV_ADD(total, share);
-        for (k = 0; k < planes; k++)
-            if (k != GTAOI_SIGNAL_WEIGHT)
-                sum[k] = GV_ADD(sum[k], GV_MUL(share, GV_SUB(GV_LOAD(taps->signal[t] + k * f->plane + i), out[k])));
+        for (k = 0; k < planes; k += k ? 1 : 2)
+            sum[k] = GV_ADD(sum[k], GV_MUL(share, GV_SUB(GV_LOAD(taps->signal[t] + k * f->plane + i), out[k])));
     }
     inv = GV_DIV(one, total);
     solid = GM_AND(solid, GV_LT(zero, total));
@@ -6797,7 +6917,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
             for (x0 = 0; x0 < f->width; x0 += GTAOI_TILE_W / 2) {
                 int full_y = y * s + r, lanes = gtaoi_imin(GTAOI_TILE_W / 2, f->width - x0);
                 int count = gtaoi_imin(GTAOI_TILE_W / 2 * s, c->d.width - x0 * s);
-                float heights[GTAOI_TILE_W], planar[4][GTAOI_TILE_W], bent[3 * GTAOI_TILE_W];
+                float heights[GTAOI_TILE_W], planar[4][GTAOI_TILE_W], bent[3 * GTAOI_TILE_W + 1];
                 const float *h[3], *v[3];
                 GTAOI_TAPS even, odd;
                 for (j = -1; j <= 1; j++) {
@@ -6863,8 +6983,16 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
                                 GTAOI_NAME(gtaoi_store2)(to, pixel[0][k], pixel[1][k]);
                         }
                 }
-                for (i = 0; f->bent && i < count; i++)
-                    bent[3 * i] = planar[1][i], bent[3 * i + 1] = planar[2][i], bent[3 * i + 2] = planar[3][i];
+                for (i = 0; f->bent && i < count; i += GTAOI_W) {
+                    float records[4 * GTAOI_W];
+                    GV rows[4];
+                    GTAOI_UNROLL
+                    for (k = 0; k < 4; k++)
+                        rows[k] = GV_LOAD(planar[(k + 1) & 3] + i);
+                    GTAOI_NAME(gtaoi_store4)(records, 4, rows);
+                    for (k = 0; k < GTAOI_W; k++) /* a fourth component too many, which the next one overwrites */
+                        memcpy(bent + 3 * (i + k), records + 4 * k, 16);
+                }
                 gtaoi_store(c, x0 * s, full_y, count, planar[0], bent, 0);
             }
 }
