@@ -2076,7 +2076,7 @@ static void gtaoi_border_rows(const gtao_context *c, float *w, int y) {
     }
 }
 
-/* Visibility v, bent normals b (3 floats a pixel) and the further planes s of the signal of n pixels from (x, y), in
+/* Visibility v, bent normals b (3 floats a pixel; null: already there) and the further planes s of the signal of n pixels from (x, y), in
  * image order, to the caller's buffers. */
 static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float *v, const float *b,
                         float s[][4 * GTAOI_LANES]) {
@@ -2099,7 +2099,7 @@ static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float 
             }
         }
     }
-    if (o->bent_normals) {
+    if (o->bent_normals && b) {
         float *to = (float *)(void *)((char *)o->bent_normals + (ptrdiff_t)y * o->bent_stride) +
                     (ptrdiff_t)x * o->bent_components;
         if (o->bent_components == 3) {
@@ -6858,52 +6858,56 @@ GTAOI_FI void GTAOI_NAME(gtaoi_unit_bent)(const gtao_context *c, GV b[3], const 
 typedef struct GTAOI_TAPS {
     const float *height[4]; /* the blocks' heights and signals */
     const float *signal[4];
-    GV slack; /* what the slope of the surface alone makes of the difference between a block and its pixels */
+    GV rise[4]; /* from the pixel to the middle of the block, where both are of one surface */
 } GTAOI_TAPS;
 
-GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TAPS *taps, int i, GV w, GV *out) {
+/* What the height rises from a block to the next, along x or y, by the smoother side; 0 where neither side belongs to
+ * it. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_step)(GV before, GV w, GV after, GV tolerance) {
+    GTAOI_NO_CONTRACT
+    GV a = GV_SUB(w, before), b = GV_SUB(after, w), step = GV_SELECT(GV_LE(GV_ABS(a), GV_ABS(b)), a, b);
+    GM trusted = GV_LE(GV_MIN(GV_ABS(GV_SUB(a, b)), GV_ABS(step)), tolerance);
+    return GV_IF(trusted, step);
+}
+
+/* `inv`: one over the tolerance. */
+GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TAPS *taps, int i, GV w, GV inv,
+                                     GV *out) {
     GTAOI_NO_CONTRACT
     static const float bilinear[4] = {9.0f / 16.0f, 3.0f / 16.0f, 3.0f / 16.0f, 1.0f / 16.0f};
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
-    GV tolerance = GV_ADD(GTAOI_NAME(gtaoi_tolerance)(f, w), taps->slack), inv, total = zero;
-    GV sum[5], away[4];
-    int t, k, planes = f->bent ? 5 : 1;
+    GV total = zero, share[4], away[4], least;
+    int t, k, planes = f->bent ? 5 : 1, same;
     GM solid = GV_LT(limit, w), fits;
-    tolerance = GV_MIN(tolerance, GV_SET(1e28f)); /* the sky never fits */
     GTAOI_UNROLL
     for (t = 0; t < 4; t++)
-        away[t] = GV_ABS(GV_SUB(GV_LOAD(taps->height[t] + i), w));
-    fits = GV_LE(GV_MAX(GV_MAX(away[0], away[1]), GV_MAX(away[2], away[3])), tolerance);
+        away[t] = GV_MUL(GV_ABS(GV_SUB(GV_LOAD(taps->height[t] + i), GV_ADD(w, taps->rise[t]))), inv);
+    fits = GV_LE(GV_MAX(GV_MAX(away[0], away[1]), GV_MAX(away[2], away[3])), one);
+    same = !GM_ANY(GM_ANDNOT(solid, fits));
+    GTAOI_UNROLL
+    for (t = 0; t < 4; t++)
+        share[t] = GV_SET(bilinear[t]);
+    if (!same) { /* full weight up to the tolerance, none at twice that; if all are beyond, the closest */
+        least = GV_MIN(GV_MIN(away[0], away[1]), GV_MIN(away[2], away[3]));
+        GTAOI_UNROLL
+        for (t = 0; t < 4; t++) {
+            away[t] = GV_MAX(GV_SUB(GV_SET(2.0f), away[t]), GV_IF(GV_LE(away[t], least), GV_SET(1e-6f)));
+            away[t] = GV_MUL(GV_MIN(GV_MAX(away[t], zero), one), share[t]);
+            total = GV_ADD(total, away[t]);
+        }
+        total = GV_DIV(one, total); /* 1 to the bit where all fit */
+        GTAOI_UNROLL
+        for (t = 0; t < 4; t++)
+            share[t] = GV_MUL(away[t], total);
+    }
     for (k = 0; k < planes; k += k ? 1 : 2) {
         GV own = GV_LOAD(taps->signal[0] + k * f->plane + i), more = zero;
         GTAOI_UNROLL
-        for (t = 1; t < 4; t++) /* nearly everywhere: the same as below, where all weights are 1 */
-            more = GV_ADD(more, GV_MUL(GV_SET(bilinear[t]), GV_SUB(GV_LOAD(taps->signal[t] + k * f->plane + i), own)));
-        out[k] = GV_ADD(own, more);
+        for (t = 1; t < 4; t++)
+            more = GV_ADD(more, GV_MUL(share[t], GV_SUB(GV_LOAD(taps->signal[t] + k * f->plane + i), own)));
+        out[k] = GV_ADD(own, GV_IF(solid, more));
     }
-    if (GM_BITS(GM_AND(fits, solid)) == GTAOI_ALL)
-        return;
-    for (k = 0; k < planes; k++)
-        out[k] = GV_LOAD(taps->signal[0] + k * f->plane + i), sum[k] = zero;
-    inv = GV_DIV(one, tolerance);
-    GTAOI_UNROLL
-    for (t = 0; t < 4; t++) {
-        GV e = GV_MUL(away[t], inv), share, close;
-        /* full weight up to the tolerance, none at twice that; if all are beyond, the closest */
-        share = GV_MAX(GV_SUB(GV_SET(2.0f), e), zero);
-        close = GV_DIV(GV_SET(1.0f / 64.0f), GV_ADD(one, e));
-        close = GV_MUL(close, close);
-        share = GV_SELECT(GV_LE(away[t], tolerance), one, GV_MIN(GV_ADD(share, GV_MUL(close, close)), one));
-        share = GV_IF(GV_LT(limit, GV_LOAD(taps->height[t] + i)), GV_MUL(share, GV_SET(bilinear[t])));
-        total = GV_ADD(total, share);
-        for (k = 0; k < planes; k += k ? 1 : 2)
-            sum[k] = GV_ADD(sum[k], GV_MUL(share, GV_SUB(GV_LOAD(taps->signal[t] + k * f->plane + i), out[k])));
-    }
-    inv = GV_DIV(one, total);
-    solid = GM_AND(solid, GV_LT(zero, total));
-    for (k = 0; k < planes; k++)
-        out[k] = GV_ADD(out[k], GV_IF(solid, GV_MUL(sum[k], inv)));
-    out[0] = GV_SELECT(GV_LT(limit, w), out[0], one);
+    out[0] = GV_SELECT(solid, out[0], one);
 }
 
 /* Joint bilateral upsampling and output; [y0, y1) are rows of the filters. */
@@ -6917,7 +6921,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
             for (x0 = 0; x0 < f->width; x0 += GTAOI_TILE_W / 2) {
                 int full_y = y * s + r, lanes = gtaoi_imin(GTAOI_TILE_W / 2, f->width - x0);
                 int count = gtaoi_imin(GTAOI_TILE_W / 2 * s, c->d.width - x0 * s);
-                float heights[GTAOI_TILE_W], planar[4][GTAOI_TILE_W], bent[3 * GTAOI_TILE_W + 1];
+                float heights[GTAOI_TILE_W], planar[4][GTAOI_TILE_W], bent[3 * GTAOI_TILE_W];
                 const float *h[3], *v[3];
                 GTAOI_TAPS even, odd;
                 for (j = -1; j <= 1; j++) {
@@ -6935,14 +6939,20 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
                             pixel[0][k] = GV_LOAD(v[1] + k * f->plane + x);
                     } else {
                         int other = r ? 2 : 0;
-                        GV w0 = GV_LOAD(h[1] + x), w[2], slope_x, slope_y;
-                        slope_x = GV_MIN(GV_ABS(GV_SUB(w0, GV_LOAD(h[1] + x - 1))),
-                                         GV_ABS(GV_SUB(w0, GV_LOAD(h[1] + x + 1))));
-                        slope_y = GV_MIN(GV_ABS(GV_SUB(w0, GV_LOAD(h[0] + x))), GV_ABS(GV_SUB(w0, GV_LOAD(h[2] + x))));
-                        even.slack = GV_MUL(GV_ADD(slope_x, slope_y), GV_SET(1.25f));
-                        even.slack =
-                            GV_MIN(even.slack, GV_MAX(GV_MUL(GTAOI_NAME(gtaoi_tolerance)(f, w0), GV_SET(2.0f)), zero));
-                        odd.slack = even.slack;
+                        GV w0 = GV_LOAD(h[1] + x), w[2], rise_x, rise_y, own_x, own_y, tolerance, inv;
+                        /* the sky never fits */
+                        tolerance = GV_MIN(GTAOI_NAME(gtaoi_tolerance)(f, GV_MAX(w0, zero)), GV_SET(1e28f));
+                        inv = GV_DIV(GV_SET(1.0f), GV_MAX(tolerance, GV_SET(1e-28f)));
+                        rise_x = GTAOI_NAME(gtaoi_step)(GV_LOAD(h[1] + x - 1), w0, GV_LOAD(h[1] + x + 1), tolerance);
+                        rise_y = GTAOI_NAME(gtaoi_step)(GV_LOAD(h[0] + x), w0, GV_LOAD(h[2] + x), tolerance);
+                        if (r) /* upwards for the upper row, downwards for the lower */
+                            rise_y = GV_SUB(zero, rise_y);
+                        own_x = GV_MUL(rise_x, GV_SET(0.25f)), own_y = GV_MUL(rise_y, GV_SET(0.25f));
+                        rise_x = GV_MUL(rise_x, GV_SET(-0.75f)), rise_y = GV_MUL(rise_y, GV_SET(-0.75f));
+                        even.rise[0] = GV_ADD(own_y, own_x), odd.rise[0] = GV_SUB(own_y, own_x);
+                        even.rise[1] = GV_ADD(own_y, rise_x), odd.rise[1] = GV_SUB(own_y, rise_x);
+                        even.rise[2] = GV_ADD(rise_y, own_x), odd.rise[2] = GV_SUB(rise_y, own_x);
+                        even.rise[3] = GV_ADD(rise_y, rise_x), odd.rise[3] = GV_SUB(rise_y, rise_x);
                         even.height[0] = odd.height[0] = h[1], even.signal[0] = odd.signal[0] = v[1];
                         even.height[2] = odd.height[2] = h[other], even.signal[2] = odd.signal[2] = v[other];
                         even.height[1] = h[1] - 1, even.height[3] = h[other] - 1;
@@ -6950,8 +6960,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
                         odd.height[1] = h[1] + 1, odd.height[3] = h[other] + 1;
                         odd.signal[1] = v[1] + 1, odd.signal[3] = v[other] + 1;
                         GTAOI_NAME(gtaoi_load2)(heights + 2 * i, &w[0], &w[1]);
-                        GTAOI_NAME(gtaoi_join)(f, &even, x, w[0], pixel[0]);
-                        GTAOI_NAME(gtaoi_join)(f, &odd, x, w[1], pixel[1]);
+                        GTAOI_NAME(gtaoi_join)(f, &even, x, w[0], inv, pixel[0]);
+                        GTAOI_NAME(gtaoi_join)(f, &odd, x, w[1], inv, pixel[1]);
                     }
                     if (f->bent) {
                         GV n[3];
@@ -6984,16 +6994,25 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
                         }
                 }
                 for (i = 0; f->bent && i < count; i += GTAOI_W) {
-                    float records[4 * GTAOI_W];
+                    int to = c->o.bent_normals && !c->o.packed, last = gtaoi_imin(GTAOI_W, count - i) - 1;
+                    float records[4 * GTAOI_W], *at = bent + 3 * i;
                     GV rows[4];
                     GTAOI_UNROLL
                     for (k = 0; k < 4; k++)
                         rows[k] = GV_LOAD(planar[(k + 1) & 3] + i);
                     GTAOI_NAME(gtaoi_store4)(records, 4, rows);
-                    for (k = 0; k < GTAOI_W; k++) /* a fourth component too many, which the next one overwrites */
-                        memcpy(bent + 3 * (i + k), records + 4 * k, 16);
+                    if (to) /* straight to the caller */
+                        at = (float *)(void *)((char *)c->o.bent_normals + (ptrdiff_t)full_y * c->o.bent_stride) +
+                             (x0 * s + i) * c->o.bent_components;
+                    if (to && c->o.bent_components == 4) {
+                        memcpy(at, records, (size_t)(last + 1) * 16);
+                    } else {
+                        for (k = 0; k < last; k++) /* a fourth component too many, which the next one overwrites */
+                            memcpy(at + 3 * k, records + 4 * k, 16);
+                        memcpy(at + 3 * last, records + 4 * last, 12);
+                    }
                 }
-                gtaoi_store(c, x0 * s, full_y, count, planar[0], bent, 0);
+                gtaoi_store(c, x0 * s, full_y, count, planar[0], c->o.packed ? bent : 0, 0);
             }
 }
 #endif /* GTAOI_KERNELS */
