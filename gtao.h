@@ -775,20 +775,21 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 /* ---- constants -------------------------------------------------------------------------------------------------- */
 
 #define GTAOI_PI 3.14159265358979323846
-#define GTAOI_SKY (-1.2676506e30f)         /* -2^100: height of sky and of anything invalid; rises above no plane */
-#define GTAOI_SKY_LIMIT (-6.338253e29f)    /* -2^99: heights below are sky */
-#define GTAOI_RAY_LIMIT 1e15f              /* of r0, so that its square is finite */
-#define GTAOI_W_MIN 8.67361738e-19f        /* 2^-60: least height that is not sky, in units of 1 / radius */
-#define GTAOI_W_MAX 1048576.0f             /* 2^20: greatest height */
-#define GTAOI_ORTHO_LIMIT 274877906944.0f  /* 2^38: orthographic heights, in pixels */
-#define GTAOI_KAPPA_LIMIT 1099511627776.0f /* 2^40: cotangent of a horizon, so that products stay finite */
+#define GTAOI_SKY (-1.2676506e30f)        /* -2^100: height of sky and of anything invalid; rises above no plane */
+#define GTAOI_SKY_LIMIT (-6.338253e29f)   /* -2^99: heights below are sky */
+#define GTAOI_RAY_LIMIT 1e15f             /* of r0, so that its square is finite */
+#define GTAOI_W_MIN 8.67361738e-19f       /* 2^-60: least height that is not sky, in units of 1 / radius */
+#define GTAOI_W_MAX 1048576.0f            /* 2^20: greatest height */
+#define GTAOI_ORTHO_LIMIT 274877906944.0f /* 2^38: orthographic heights, in pixels */
+#define GTAOI_KAPPA_LIMIT 1073741824.0f   /* 2^30: cotangent of a horizon, so that products of four stay finite */
 #define GTAOI_RISE_MIN                                                                                                 \
     2.44140625e-4f             /* 2^-12: a rise in cot h above the tangent plane that is rounding; 1e-7 in visibility */
+#define GTAOI_UNIT 4e-6f       /* a normal's squared length is so near 1: taken as it is */
 #define GTAOI_FACING_MIN 1e-4f /* least n.v: a normal that faces away is tilted to the silhouette */
 #define GTAOI_CLASS_SHIFT 21   /* radius classes: exponent and 2 bits of mantissa, 4 an octave */
 #define GTAOI_CLASS_MASK 0xffe00000u
 #define GTAOI_MAX_CLASSES 80
-#define GTAOI_PAD 20           /* floats beside each row segment: one group of 16 and a few taps */
+#define GTAOI_PAD 32           /* floats beside each row segment: samples up to 31 of them away need no care */
 #define GTAOI_LANES 16         /* widest group */
 #define GTAOI_CHUNK 64         /* samples whose offsets are remapped at once at clamped and wrapped borders */
 #define GTAOI_NEAR 8           /* first samples in every-pixel mode whose taps also bound them from above */
@@ -1293,6 +1294,7 @@ struct gtao_context {
     int classes;
     uint32_t class_base;          /* bits of the least extent, shifted */
     int cosines;                  /* the search takes every cosine: memo estimator, thickness heuristic */
+    int plain;                    /* none of the settings that gtaoi_block_plain leaves out */
     int bent;                     /* bent normals are wanted, or spherical harmonics */
     int signal;                   /* planes of the signal that are wanted */
     float weight_scale;           /* sum of the slices' Jacobians to the signal's weight, on the optical axis */
@@ -1923,6 +1925,8 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
     c->bent = output->bent_normals || output->packed || output->sh || c->signal == 5;
     c->arcs = gtaoi_has_arcs(desc);
     c->inv_falloff = desc->falloff > 0.0f ? 1.0f / desc->falloff : 0.0f;
+    c->plain = !c->orthographic && c->bounded && !c->every_pixel && desc->noise != GTAO_NOISE_HILBERT && !c->cosines &&
+               !c->arcs && !output->sh;
     c->z_sky = desc->sky_z > 0.0f ? desc->sky_z : (float)HUGE_VAL;
     if (c->orthographic) {
         float sign = desc->depth_kind == GTAO_DEPTH_HEIGHT ? 1.0f : -1.0f;
@@ -2173,6 +2177,29 @@ static int gtaoi_reach(const gtao_context *c, const gtaoi_sample *s, int n, int 
             hi = mid;
     }
     return lo;
+}
+
+/* What of the list of samples that was asked for last is over the image's rows, on the + and - side. */
+typedef struct gtaoi_over {
+    const gtaoi_sample *list; /* null: none yet */
+    int n[2];
+} gtaoi_over;
+
+static void gtaoi_rows_over(const gtao_context *c, const gtaoi_sample *s, int n, int y, gtaoi_over *over, int *n0,
+                            int *n1) {
+    int i, side;
+    if (over->list != s) {
+        over->list = s;
+        for (side = 0; side < 2; side++) {
+            for (i = n; i > 0; i--) {
+                int at = side ? y - s[i - 1].qy : y + s[i - 1].qy;
+                if (at >= 0 && at < c->d.height)
+                    break;
+            }
+            over->n[side] = i;
+        }
+    }
+    *n0 = over->n[0], *n1 = over->n[1];
 }
 
 /* Offsets, from pixel x of row y, of samples that the border moves. Second taps, if any, lie one pixel
@@ -3457,7 +3484,7 @@ static void gtaoi_sweep_turn(const gtao_sweep *s, int band) {
     memset(&pass, 0, sizeof pass);
     pass.tilt_x = s->tilt[0][0], pass.tilt_y = s->tilt[1][0];
     pass.tilt_pitch = c.pitch;
-    c.pass = &pass, c.x_begin = 0, c.x_end = w;
+    c.pass = &pass, c.plain = 0, c.x_begin = 0, c.x_end = w;
     gtao_visibility_rows(&c, y0, y1, 0);
     for (i = 0; i < 2; i++)
         for (y = begin; y < end; y++)
@@ -3555,7 +3582,7 @@ GTAO_API void gtao_sweep_run(const gtao_sweep *sweep, int phase, int unit_begin,
             pass.beyond_plane = sweep->beyond_plane;
             pass.sums = sweep->sums, pass.sums_row = sweep->sums_row, pass.fields = sweep->fields;
             pass.options = &sweep->o;
-            c.pass = &pass, c.slice_begin = first, c.slice_end = gtaoi_batch_end(sweep, phase);
+            c.pass = &pass, c.plain = 0, c.slice_begin = first, c.slice_end = gtaoi_batch_end(sweep, phase);
             gtao_visibility_rows(&c, y, gtaoi_imin(y + GTAOI_TILE, sweep->y_end), 0);
         } else {
             int rest = unit;
@@ -3628,6 +3655,7 @@ GTAO_API gtao_result gtao_sweep_compute(const gtao_desc *desc, const gtao_output
 #define GTAOI_WALK GTAOI_NAME(gtaoi_walk)
 #define GTAOI_HISTORY GTAOI_NAME(gtaoi_history)
 #define GTAOI_TAPS GTAOI_NAME(gtaoi_block_taps)
+#define GTAOI_GROUPS GTAOI_NAME(gtaoi_groups)
 
 #if GTAOI_W == 1
 typedef float GV;
@@ -4305,43 +4333,89 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_take)(const gtao_context *c, const GTAOI_PIXEL *p, 
     return rise;
 }
 
-/* The horizon search: samples [0, n0) on the + side, [0, n1) on the - side. `at` is the group's first pixel.
- * `near_taps` are those of the first n_near samples. */
+/* A sample of one tap on one side. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_visit)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                    GTAOI_HORIZONS *s, int side, const float *at, const gtaoi_sample *q,
+                                    GTAOI_SAMPLE *sample, int orthographic, int bounded, int ring) {
+    GTAOI_NO_CONTRACT
+    GV inv = GV_SET(q->inv_length), w, least;
+    GV tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
+    GV rise = GTAOI_NAME(gtaoi_take)(c, p, side, at, q, 0, inv, GV_MUL(p->w0, inv), tangent, tangent, &w, &least,
+                                     orthographic, 0);
+    return GTAOI_NAME(gtaoi_rise)(c, f, s, side, w, inv, rise, least, sample, orthographic, bounded, ring, 0);
+}
+
+/* The horizon search: samples [0, n0) on the + side, [0, n1) on the - side. `at` is the group's first pixel. Samples in
+ * the falloff ring are only noted, and looked at when the full-weight ones of their chunk are in: fewer of them are above
+ * these, and nothing has to be guessed on the way. */
 GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                       GTAOI_HORIZONS *horizons, const float *at, const gtaoi_sample *q, int n0, int n1,
-                                      const gtaoi_taps *near_taps, int n_near, int orthographic, int bounded, int ring,
-                                      int taps) {
+                                      int orthographic, int bounded, int ring) {
+    GTAOI_NO_CONTRACT
+    enum { CHUNK = 32 };
+    GTAOI_HORIZONS s = *horizons;
+    GTAOI_SAMPLE a, b;
+    for (; n0 > 0 || n1 > 0; n0 -= CHUNK, n1 -= CHUNK, q += CHUNK) {
+        int both = gtaoi_imin(gtaoi_imin(n0, n1), CHUNK), rest = gtaoi_imin(gtaoi_imax(n0, n1), CHUNK), j, side;
+        unsigned fading = 0;
+        for (j = 0; j < both; j++) {
+            GM fade_a = GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 0, at, q + j, &a, orthographic, bounded, ring);
+            GM fade_b = GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 1, at, q + j, &b, orthographic, bounded, ring);
+            if (ring)
+                fading |= (unsigned)GM_ANY(GM_OR(fade_a, fade_b)) << j;
+        }
+        for (; j < rest; j++) { /* one side has left the image */
+            GM fade;
+            if (n1 > n0)
+                fade = GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 1, at, q + j, &a, orthographic, bounded, ring);
+            else
+                fade = GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 0, at, q + j, &a, orthographic, bounded, ring);
+            if (ring)
+                fading |= (unsigned)GM_ANY(fade) << j;
+        }
+        while (ring && fading) {
+            j = gtaoi_lowest(fading);
+            fading &= fading - 1;
+            for (side = 0; side < 2; side++)
+                if (j < (side ? n1 : n0)) {
+                    GM fade = GTAOI_NAME(gtaoi_visit)(c, p, f, &s, side, at, q + j, &a, orthographic, bounded, ring);
+                    GTAOI_NAME(gtaoi_fade)(c, f, &s, side, &a, fade);
+                }
+        }
+    }
+    *horizons = s;
+}
+
+/* The same for every pixel of the slices, two taps across each. `near_taps` are those of the first n_near samples. */
+GTAOI_FI void GTAOI_NAME(gtaoi_march_every)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                            GTAOI_HORIZONS *horizons, const float *at, const gtaoi_sample *q, int n0,
+                                            int n1, const gtaoi_taps *near_taps, int n_near) {
     GTAOI_NO_CONTRACT
     GTAOI_HORIZONS s = *horizons;
     GTAOI_SAMPLE a, b;
-    int j, both = gtaoi_imin(n0, n1), rest = gtaoi_imax(n0, n1), side = n1 > n0;
-    GV tangent = GV_ADD(GV_MUL(p->gx, f->dx), GV_MUL(p->gy, f->dy)), across = tangent, w, rise, least;
-    if (taps)
-        across = GV_SELECT(GV_LE(GV_ABS(f->dy), GV_ABS(f->dx)), p->gy, p->gx);
+    int j, both = gtaoi_imin(n0, n1), rest = gtaoi_imax(n0, n1), side = n1 > n0, orthographic = c->orthographic;
+    GV tangent = GV_ADD(GV_MUL(p->gx, f->dx), GV_MUL(p->gy, f->dy)), w, rise, least;
+    GV across = GV_SELECT(GV_LE(GV_ABS(f->dy), GV_ABS(f->dx)), p->gy, p->gx);
     for (j = 0; j < both; j++, q++) {
         GV inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
-        const gtaoi_taps *t = taps && j < n_near ? near_taps + j : 0;
+        const gtaoi_taps *t = j < n_near ? near_taps + j : 0;
         GM fade_a, fade_b;
-        if (!taps)
-            tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
-        rise = GTAOI_NAME(gtaoi_take)(c, p, 0, at, q, t, inv, base, tangent, across, &w, &least, orthographic, taps);
-        fade_a = GTAOI_NAME(gtaoi_rise)(c, f, &s, 0, w, inv, rise, least, &a, orthographic, bounded, ring, taps);
-        rise = GTAOI_NAME(gtaoi_take)(c, p, 1, at, q, t, inv, base, tangent, across, &w, &least, orthographic, taps);
-        fade_b = GTAOI_NAME(gtaoi_rise)(c, f, &s, 1, w, inv, rise, least, &b, orthographic, bounded, ring, taps);
-        if (ring && GM_ANY(GM_OR(fade_a, fade_b))) {
+        rise = GTAOI_NAME(gtaoi_take)(c, p, 0, at, q, t, inv, base, tangent, across, &w, &least, orthographic, 1);
+        fade_a = GTAOI_NAME(gtaoi_rise)(c, f, &s, 0, w, inv, rise, least, &a, orthographic, c->bounded, 1, 1);
+        rise = GTAOI_NAME(gtaoi_take)(c, p, 1, at, q, t, inv, base, tangent, across, &w, &least, orthographic, 1);
+        fade_b = GTAOI_NAME(gtaoi_rise)(c, f, &s, 1, w, inv, rise, least, &b, orthographic, c->bounded, 1, 1);
+        if (GM_ANY(GM_OR(fade_a, fade_b))) {
             GTAOI_NAME(gtaoi_fade)(c, f, &s, 0, &a, fade_a);
             GTAOI_NAME(gtaoi_fade)(c, f, &s, 1, &b, fade_b);
         }
     }
     for (; j < rest; j++, q++) { /* one side has left the image */
         GV inv = GV_SET(q->inv_length), base = GV_MUL(p->w0, inv);
-        const gtaoi_taps *t = taps && j < n_near ? near_taps + j : 0;
+        const gtaoi_taps *t = j < n_near ? near_taps + j : 0;
         GM fading;
-        if (!taps)
-            tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
-        rise = GTAOI_NAME(gtaoi_take)(c, p, side, at, q, t, inv, base, tangent, across, &w, &least, orthographic, taps);
-        fading = GTAOI_NAME(gtaoi_rise)(c, f, &s, side, w, inv, rise, least, &a, orthographic, bounded, ring, taps);
-        if (ring && GM_ANY(fading))
+        rise = GTAOI_NAME(gtaoi_take)(c, p, side, at, q, t, inv, base, tangent, across, &w, &least, orthographic, 1);
+        fading = GTAOI_NAME(gtaoi_rise)(c, f, &s, side, w, inv, rise, least, &a, orthographic, c->bounded, 1, 1);
+        if (GM_ANY(fading))
             GTAOI_NAME(gtaoi_fade)(c, f, &s, side, &a, fading);
     }
     *horizons = s;
@@ -4415,23 +4489,16 @@ GTAOI_FN void GTAOI_NAME(gtaoi_march_cosines)(const gtao_context *c, const GTAOI
         }
 }
 
-/* The variant of the search for this call; in the two that matter most, all conditions are constants in the loop. */
+/* The variant of the search for this call. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                        GTAOI_HORIZONS *s, const float *at, const gtaoi_sample *q, int n0, int n1,
                                        const gtaoi_taps *near_taps, int n_near) {
-    int ring = c->inv_falloff > 0.0f;
-#define GTAOI_MARCH(o, b, r, t) GTAOI_NAME(gtaoi_march)(c, p, f, s, at, q, n0, n1, near_taps, n_near, o, b, r, t)
     if (c->cosines)
         GTAOI_NAME(gtaoi_march_cosines)(c, p, f, s, at, q, n0, n1);
     else if (c->every_pixel)
-        GTAOI_MARCH(c->orthographic, c->bounded, 1, 1);
-    else if (c->orthographic || !c->bounded)
-        GTAOI_MARCH(c->orthographic, c->bounded, 1, 0);
-    else if (ring)
-        GTAOI_MARCH(0, 1, 1, 0);
+        GTAOI_NAME(gtaoi_march_every)(c, p, f, s, at, q, n0, n1, near_taps, n_near);
     else
-        GTAOI_MARCH(0, 1, 0, 0);
-#undef GTAOI_MARCH
+        GTAOI_NAME(gtaoi_march)(c, p, f, s, at, q, n0, n1, c->orthographic, c->bounded, 1);
 }
 
 /* Far samples [begin, n0) on the + side, [begin, n1) on the - side; `at` is the group's block. */
@@ -5096,17 +5163,22 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_arcs)(const gtao_context *c, const GTAOI_P
 
 /* ---- integrate -------------------------------------------------------------------------------------------------- */
 
-/* atan2(y, x), the twin of gtao_atan2 but for atan2(0, 0), which is not asked for. */
-GTAOI_FI GV GTAOI_NAME(gtaoi_atan2)(GV y, GV x) {
+/* atan(q), -1 <= q <= 1; the polynomial of gtao_atan2. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_atan)(GV q) {
     GTAOI_NO_CONTRACT
-    const GV zero = GV_SET(0.0f);
-    GV ay = GV_ABS(y), ax = GV_ABS(x), q = GV_DIV(GV_MIN(ax, ay), GV_MAX(ax, ay)), qq = GV_MUL(q, q);
-    GV q4 = GV_MUL(qq, qq), q8 = GV_MUL(q4, q4), a, low, high;
+    GV qq = GV_MUL(q, q), q4 = GV_MUL(qq, qq), q8 = GV_MUL(q4, q4), low, high;
     low = GV_ADD(GV_ADD(GV_SET(-0.3333314528f), GV_MUL(qq, GV_SET(0.1999355085f))),
                  GV_MUL(q4, GV_ADD(GV_SET(-0.1420889944f), GV_MUL(qq, GV_SET(0.1065626393f)))));
     high = GV_ADD(GV_ADD(GV_SET(-0.0752896400f), GV_MUL(qq, GV_SET(0.0429096138f))),
                   GV_MUL(q4, GV_ADD(GV_SET(-0.0161657367f), GV_MUL(qq, GV_SET(0.0028662257f)))));
-    a = GV_ADD(GV_MUL(GV_MUL(GV_ADD(low, GV_MUL(q8, high)), qq), q), q);
+    return GV_ADD(GV_MUL(GV_MUL(GV_ADD(low, GV_MUL(q8, high)), qq), q), q);
+}
+
+/* atan2(y, x), the twin of gtao_atan2 but for atan2(0, 0), which is not asked for. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_atan2)(GV y, GV x) {
+    GTAOI_NO_CONTRACT
+    const GV zero = GV_SET(0.0f);
+    GV ay = GV_ABS(y), ax = GV_ABS(x), a = GTAOI_NAME(gtaoi_atan)(GV_DIV(GV_MIN(ax, ay), GV_MAX(ax, ay)));
     a = GV_SELECT(GV_LT(ax, ay), GV_SUB(GV_SET(1.57079633f), a), a);
     a = GV_SELECT(GV_LT(x, zero), GV_SUB(GV_SET(3.14159265f), a), a);
     return GV_SELECT(GV_LT(y, zero), GV_SUB(zero, a), a);
@@ -5161,7 +5233,8 @@ GTAOI_FI void GTAOI_NAME(gtaoi_integrate)(const gtao_context *c, const GTAOI_PIX
     arc = open;
     if (GM_ANY(occluded)) {
         GV rho1 = GV_ADD(one, GV_MUL(k1, k1)), rho0 = GV_ADD(one, GV_MUL(k0, k0));
-        GV c1 = zero, c0 = zero, s1 = zero, s0 = zero, ss1 = GV_DIV(one, rho1), ss0 = GV_DIV(one, rho0), between = zero;
+        GV c1 = zero, c0 = zero, s1 = zero, s0 = zero, both = GV_DIV(one, GV_MUL(rho1, rho0));
+        GV ss1 = GV_MUL(both, rho0), ss0 = GV_MUL(both, rho1), between = zero;
         if (uniform || c->bent) {
             s1 = GV_SQRT(ss1), s0 = GV_SQRT(ss0);
             c1 = GV_MUL(k1, s1), c0 = GV_MUL(k0, s0);
@@ -5508,13 +5581,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_read_normals)(const float *from, int components, 
     }
 }
 
-/* Normals to view space, unit length; where there is none, all zero. */
-GTAOI_FI void GTAOI_NAME(gtaoi_load_normals)(const gtao_context *c, GTAOI_PIXEL *p, GV nx, GV ny, GV nz) {
+/* Normals to view space, unit length (to GTAOI_UNIT if they come so); the pixels that have none. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_load_normals)(const gtao_context *c, GTAOI_PIXEL *p, GV nx, GV ny, GV nz) {
     GTAOI_NO_CONTRACT
-    const GV zero = GV_SET(0.0f);
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
     const float *m = c->to_view;
-    GV len2, scale;
-    GM valid;
+    GV len2;
+    GM missing, scaled;
     if (c->transform_normals) {
         GV tx = nx, ty = ny, tz = nz;
         nx = GV_ADD(GV_ADD(GV_MUL(GV_SET(m[0]), tx), GV_MUL(GV_SET(m[1]), ty)), GV_MUL(GV_SET(m[2]), tz));
@@ -5522,11 +5595,16 @@ GTAOI_FI void GTAOI_NAME(gtaoi_load_normals)(const gtao_context *c, GTAOI_PIXEL 
         nz = GV_ADD(GV_ADD(GV_MUL(GV_SET(m[6]), tx), GV_MUL(GV_SET(m[7]), ty)), GV_MUL(GV_SET(m[8]), tz));
     }
     len2 = GV_ADD(GV_ADD(GV_MUL(nx, nx), GV_MUL(ny, ny)), GV_MUL(nz, nz));
-    valid = GM_AND(GV_LE(GV_SET(1e-30f), len2), GV_LE(len2, GV_SET(FLT_MAX)));
-    scale = GV_DIV(GV_SET(1.0f), GV_SQRT(len2));
-    p->nx = GV_SELECT(valid, GV_MUL(nx, scale), zero);
-    p->ny = GV_SELECT(valid, GV_MUL(ny, scale), zero);
-    p->nz = GV_SELECT(valid, GV_MUL(nz, scale), zero);
+    scaled = GM_ANDNOT(GV_LE(zero, zero), GV_LE(GV_ABS(GV_SUB(len2, one)), GV_SET(GTAOI_UNIT))); /* NaN too */
+    missing = GV_LT(one, zero);
+    if (GM_ANY(scaled)) {
+        GV scale = GV_DIV(one, GV_SQRT(len2));
+        missing = GM_ANDNOT(scaled, GM_AND(GV_LE(GV_SET(1e-30f), len2), GV_LE(len2, GV_SET(FLT_MAX))));
+        nx = GV_SELECT(scaled, GV_MUL(nx, scale), nx), ny = GV_SELECT(scaled, GV_MUL(ny, scale), ny);
+        nz = GV_SELECT(scaled, GV_MUL(nz, scale), nz);
+    }
+    p->nx = nx, p->ny = ny, p->nz = nz;
+    return missing;
 }
 
 /* n.v, with normals that face away tilted until they just face the eye; the tangent plane's gradient. */
@@ -5608,13 +5686,15 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_setup)(const gtao_context *c, GTAOI_PIXEL *p, const
 
     p->nx = p->ny = p->nz = zero;
     if (c->bent || GM_ANY(active)) {
-        GM missing;
+        GTAOI_PIXEL copy;
+        GM missing = GV_LE(zero, zero);
         if (normals)
-            GTAOI_NAME(gtaoi_load_normals)(c, p, normals[0], normals[1], normals[2]);
-        missing = GM_AND(GM_AND(GV_EQ(p->nx, zero), GV_EQ(p->ny, zero)), GV_EQ(p->nz, zero));
+            missing = GTAOI_NAME(gtaoi_load_normals)(c, p, normals[0], normals[1], normals[2]);
         if (GM_ANY(GM_AND(missing, solid))) {
             stats->derived_normals += (uint64_t)gtaoi_popcount(GM_BITS(GM_AND(missing, active)));
-            GTAOI_NAME(gtaoi_derive_normals)(c, p, at, x & (c->period - 1), y, GM_AND(missing, solid));
+            copy = *p; /* so that the pixels themselves need not lie in memory */
+            GTAOI_NAME(gtaoi_derive_normals)(c, &copy, at, x & (c->period - 1), y, GM_AND(missing, solid));
+            p->nx = copy.nx, p->ny = copy.ny, p->nz = copy.nz;
         }
         missing = GM_ANDNOT(missing, solid); /* sky without a normal: towards the eye */
         if (GM_ANY(missing)) {
@@ -5665,7 +5745,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slice)(const gtao_context *c, const GTAOI_PIXEL *
                                       GTAOI_FRAME *f, GTAOI_HORIZONS *s) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
-    GV perp2, perp, tangent;
+    GV perp2, perp, tangent, np;
     if (c->per_pixel_noise) {
         GTAOI_NAME(gtaoi_turn)(c, p, k, f);
     } else {
@@ -5683,15 +5763,16 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slice)(const gtao_context *c, const GTAOI_PIXEL *
     f->reach = GV_MUL(GV_SET(c->reach), f->inv_perp);
     f->floor = GV_MUL(GV_MUL(perp, GV_SET(GTAOI_RISE_MIN)), c->orthographic ? one : GV_MUL(p->w0, p->inv_len));
     f->cos_tangent = s->cosine[0] = s->cosine[1] = zero;
+    np = GV_SQRT(GV_ADD(GV_MUL(p->nv, p->nv), GV_MUL(f->no, f->no)));
     if (c->cosines || c->inv_falloff > 0.0f) {
-        GV cos_n = GV_DIV(one, GV_SQRT(GV_ADD(one, GV_MUL(tangent, tangent))));
-        s->cosine[1] = GV_MUL(tangent, cos_n);
+        s->cosine[1] = GV_DIV(f->no, np);
         s->cosine[0] = f->cos_tangent = GV_SUB(zero, s->cosine[1]);
     }
     s->rise[0] = s->rise[1] = f->floor;
     f->n = zero, f->open = GV_SET(2.0f);
-    if (c->d.weighting == GTAO_WEIGHTING_COSINE) {
-        f->n = GTAOI_NAME(gtaoi_atan2)(f->no, p->nv);
+    if (c->d.weighting == GTAO_WEIGHTING_COSINE) { /* tan(n / 2) = sin n / (1 + cos n) */
+        f->n = GTAOI_NAME(gtaoi_atan)(GV_DIV(f->no, GV_ADD(np, p->nv)));
+        f->n = GV_ADD(f->n, f->n);
         f->open = GV_ADD(p->nv, GV_MUL(f->n, f->no));
     }
 }
@@ -6137,34 +6218,252 @@ GTAOI_FN void GTAOI_NAME(gtaoi_add_far)(const gtao_context *c, const GTAOI_PIXEL
     }
 }
 
-/* Stage by stage over blocks of four groups, so that the stages' long dependency chains overlap. The groups are the
- * phases of one stretch of a row, or, if all directions are alike or each pixel has its own, follow one another. */
+/* Four groups of pixels: the phases of one stretch of a row, or, if all directions are alike or each pixel has its own,
+ * one group after the other. */
+typedef struct GTAOI_GROUPS {
+    int x, y, count;            /* of its pixels in the image */
+    int groups, step;           /* columns from one group to the next */
+    const float *at[4];         /* the groups' heights */
+    const GV *normals;          /* the caller's: [group][component], or null */
+    GV want[4];                 /* positive where a result is wanted, negative outside the image */
+    GV v[4], b[12], s[16];      /* visibility, bent normals: [group][component], signal: [plane][group] */
+    float keys[4][GTAOI_LANES]; /* classes of the radius */
+    gtaoi_over over[4][4];      /* of this row, by group and slice */
+} GTAOI_GROUPS;
+
+/* A group of pixels that occlude nothing and have no result: sky, masked. */
+GTAOI_FI void GTAOI_NAME(gtaoi_leave)(const gtao_context *c, const GTAOI_PIXEL *p, GTAOI_GROUPS *block, int g) {
+    block->v[g] = GV_SET(1.0f);
+    if (c->signal) {
+        GV share = GV_SET(c->d.weighting == GTAO_WEIGHTING_COSINE ? 2.0f / 3.0f : 0.5f);
+        block->s[g] = GV_SET(1.0f), block->s[4 + g] = GV_MUL(share, p->nx);
+        block->s[8 + g] = GV_MUL(share, p->ny), block->s[12 + g] = GV_MUL(share, p->nz);
+    }
+}
+
+GTAOI_FI void GTAOI_NAME(gtaoi_clear)(GTAOI_SUM *sum) {
+    const GV zero = GV_SET(0.0f);
+    sum->visible = sum->open = sum->bx = sum->by = sum->bz = sum->bv = sum->jacobian_open = zero;
+    sum->occluded = GV_LT(GV_SET(1.0f), zero);
+}
+
+/* Any settings: stage by stage over the four groups, so that the stages' long dependency chains overlap. Returns whether
+ * all slices are in. */
+GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *block, gtao_stats *stats) {
+    GTAOI_PIXEL pixel[4];
+    GTAOI_SUM sum[4];
+    GTAOI_MOMENTS moments[4];
+    GM active[4];
+    int period = c->period, g, k, any = 0, groups = block->groups, step = block->step, x0 = block->x, y = block->y;
+    for (g = 0; g < groups; g++) {
+        active[g] = GTAOI_NAME(gtaoi_setup)(c, &pixel[g], block->at[g], x0 + g * step, y, block->want[g],
+                                            block->normals ? block->normals + 3 * g : 0, stats);
+        any |= GM_ANY(active[g]);
+        GTAOI_NAME(gtaoi_clear)(&sum[g]);
+        if (c->o.sh)
+            memset(&moments[g], 0, sizeof moments[g]);
+    }
+    if (c->pass && c->pass->tilt_x) {
+        GTAOI_NAME(gtaoi_keep_tilts)(c->pass, pixel, active, groups, x0, y);
+        return 0;
+    }
+    if (c->slice_begin > 0)
+        GTAOI_NAME(gtaoi_sums)(c, sum, groups, x0, y, 0);
+    any |= c->pass && c->pass->options->horizons;
+    for (k = c->slice_begin; any && k < c->slice_end; k++) {
+        GTAOI_FRAME frame[4];
+        GTAOI_HORIZONS found[4];
+        GTAOI_ARCS arcs[4];
+        int first = (y & (period - 1)) * period * c->slices + k, stride = period == 4 ? c->slices : 0;
+        for (g = 0; g < groups; g++)
+            if (GM_ANY(active[g]))
+                GTAOI_NAME(gtaoi_slice)(c, &pixel[g], c->slice + first + g * stride, k, &frame[g], &found[g]);
+        for (g = c->arcs ? groups : 0; g < groups; g++)
+            if (GM_ANY(active[g])) {
+                if (c->per_pixel_noise)
+                    GTAOI_NAME(gtaoi_search_noise)(c, &pixel[g], &frame[g], &found[g], active[g], stats);
+                else
+                    GTAOI_NAME(gtaoi_search_table)
+                (c, &pixel[g], &frame[g], &found[g], block->at[g], first + g * stride, active[g], x0 + g * step, y,
+                 stats);
+            }
+        for (g = c->arcs ? 0 : groups; g < groups; g++)
+            if (GM_ANY(active[g]))
+                GTAOI_NAME(gtaoi_search_arcs)
+        (c, &pixel[g], &frame[g], &found[g], &arcs[g], block->at[g], first + g * stride, k, active[g], x0 + g * step, y,
+         stats);
+        if (c->pass)
+            GTAOI_NAME(gtaoi_add_far)(c, pixel, frame, found, active, groups, k, x0, y);
+        for (g = 0; g < groups; g++)
+            if (GM_ANY(active[g]))
+                GTAOI_NAME(gtaoi_integrate)(c, &pixel[g], &frame[g], &found[g], &sum[g]);
+        for (g = 0; c->o.sh && g < groups; g++)
+            if (GM_ANY(active[g]))
+                GTAOI_NAME(gtaoi_integrate_sh)(c, &pixel[g], &frame[g], &found[g], &moments[g]);
+        for (g = 0; c->arcs && g < groups; g++)
+            if (GM_ANY(active[g]))
+                GTAOI_NAME(gtaoi_integrate_arcs)
+        (c, &pixel[g], &frame[g], &arcs[g], &sum[g], c->o.sh ? &moments[g] : 0);
+    }
+    if (c->slice_end < c->slices) { /* more to come */
+        GTAOI_NAME(gtaoi_sums)(c, sum, groups, x0, y, 1);
+        return 0;
+    }
+    if (c->o.sh)
+        GTAOI_NAME(gtaoi_store_sh)(c, pixel, sum, moments, active, groups, x0, y, block->count);
+    for (g = 0; g < groups; g++) {
+        if (GM_ANY(active[g]))
+            block->v[g] = GTAOI_NAME(gtaoi_finish)(c, &pixel[g], &sum[g], active[g], block->s + g);
+        else
+            GTAOI_NAME(gtaoi_leave)(c, &pixel[g], block, g);
+        if (c->bent)
+            block->b[3 * g] = pixel[g].nx, block->b[3 * g + 1] = pixel[g].ny, block->b[3 * g + 2] = pixel[g].nz;
+    }
+    return 1;
+}
+
+/* Search one slice of a group of the plain kind: lanes by radius class, nearly always of one. */
+GTAOI_FI void GTAOI_NAME(gtaoi_search_plain)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                             GTAOI_HORIZONS *s, const float *at, int index, GM active,
+                                             const float *keys, int x, int y, gtaoi_over *over, gtao_stats *stats) {
+    GTAOI_NO_CONTRACT
+    const int *count = c->count + (size_t)index * (size_t)c->classes;
+    int x1 = x + (GTAOI_W - 1) * c->period, i, open = c->d.border == GTAO_BORDER_OPEN;
+    int beside = (GTAOI_PAD - 1) * c->period; /* columns that have heights left and right of the image, on any border */
+    unsigned bits = GM_BITS(active);
+    do {
+        float key = keys[gtaoi_lowest(bits)];
+        GM own = GM_AND(active, GV_EQ(p->key, GV_SET(key)));
+        int radius = gtaoi_class(c, key), n = count[radius], n0 = n, n1 = n;
+        const gtaoi_sample *q =
+            c->sample + ((size_t)index * (size_t)c->classes + (size_t)radius) * (size_t)c->max_steps;
+        int ax = gtaoi_imax(q[n - 1].qx, -q[n - 1].qx), ay = gtaoi_imax(q[n - 1].qy, -q[n - 1].qy);
+        int over_rows = y >= ay && y + ay < c->d.height;
+        int over_columns = ax <= beside || (x >= ax && x1 + ax < c->d.width);
+        GTAOI_HORIZONS found = *s;
+        stats->samples += (uint64_t)(2 * n * gtaoi_popcount(GM_BITS(own)));
+        if (open || (over_columns && over_rows)) {
+            if (!over_columns)
+                n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
+            else if (!over_rows)
+                gtaoi_rows_over(c, q, n, y, over, &n0, &n1);
+            GTAOI_NAME(gtaoi_march)(c, p, f, &found, at, q, n0, n1, 0, 1, 1);
+        } else { /* copies, so that the group itself need not lie in memory */
+            GTAOI_PIXEL pixel = *p;
+            GTAOI_FRAME frame = *f;
+            GTAOI_HORIZONS moved = *s;
+            GTAOI_NAME(gtaoi_search_list)(c, &pixel, &frame, &moved, at, index, q, 0, n, x, y);
+            found = moved;
+        }
+        for (i = 0; i < 2; i++) {
+            s->rise[i] = GV_SELECT(own, found.rise[i], s->rise[i]);
+            s->cosine[i] = GV_SELECT(own, found.cosine[i], s->cosine[i]);
+        }
+        active = GM_ANDNOT(active, own);
+        bits = GM_BITS(active);
+    } while (bits);
+}
+
+/* The same for what most images are made with (c->plain), all in one piece. */
+GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS *block, gtao_stats *stats) {
+    GTAOI_NO_CONTRACT
+    int period = c->period, y = block->y, g, k, any = 0, stride = period == 4 ? c->slices : 0;
+    GTAOI_PIXEL p[4];
+    GTAOI_SUM sum[4];
+    GM active[4];
+    for (g = 0; g < block->groups; g++) {
+        active[g] = GTAOI_NAME(gtaoi_setup)(c, &p[g], block->at[g], block->x + g * block->step, y, block->want[g],
+                                            block->normals ? block->normals + 3 * g : 0, stats);
+        any |= GM_ANY(active[g]);
+        GV_STORE(block->keys[g], p[g].key);
+        GTAOI_NAME(gtaoi_clear)(&sum[g]);
+    }
+    for (k = 0; any && k < c->slices; k++) {
+        int first = (y & (period - 1)) * period * c->slices + k;
+        GTAOI_FRAME f[4];
+        GTAOI_HORIZONS s[4];
+        for (g = 0; g < block->groups; g++)
+            GTAOI_NAME(gtaoi_slice)(c, &p[g], c->slice + first + g * stride, k, &f[g], &s[g]);
+        for (g = 0; g < block->groups; g++)
+            if (GM_ANY(active[g]))
+                GTAOI_NAME(gtaoi_search_plain)
+        (c, &p[g], &f[g], &s[g], block->at[g], first + g * stride, active[g], block->keys[g],
+         block->x + g * block->step, y, &block->over[g][k & 3], stats);
+        for (g = 0; g < block->groups; g++)
+            GTAOI_NAME(gtaoi_integrate)(c, &p[g], &f[g], &s[g], &sum[g]);
+    }
+    for (g = 0; g < block->groups; g++) {
+        if (GM_ANY(active[g]))
+            block->v[g] = GTAOI_NAME(gtaoi_finish)(c, &p[g], &sum[g], active[g], block->s + g);
+        else
+            GTAOI_NAME(gtaoi_leave)(c, &p[g], block, g);
+        if (c->bent)
+            block->b[3 * g] = p[g].nx, block->b[3 * g + 1] = p[g].ny, block->b[3 * g + 2] = p[g].nz;
+    }
+}
+
+/* The block's results to the caller's buffers, in image order. */
+GTAOI_FN void GTAOI_NAME(gtaoi_block_store)(const gtao_context *c, const GTAOI_GROUPS *block) {
+    enum { BLOCK = 4 * GTAOI_W };
+    float image_v[BLOCK], image_b[3 * BLOCK], image_s[4][4 * GTAOI_LANES];
+    int g, i, j, last;
+    if (c->period == 4) {
+        GTAOI_NAME(gtaoi_store4)(image_v, 4, block->v);
+        if (c->bent)
+            for (i = 0; i < 3; i++)
+                GTAOI_NAME(gtaoi_store4)(image_b + 4 * i, 12, block->b + 4 * i);
+        for (i = 0; i < c->signal - 1; i++)
+            GTAOI_NAME(gtaoi_store4)(image_s[i], 4, block->s + 4 * i);
+    } else {
+        for (g = 0; g < block->groups; g++) {
+            GV_STORE(image_v + g * GTAOI_W, block->v[g]);
+            for (i = 0; i < c->signal - 1; i++)
+                GV_STORE(image_s[i] + g * GTAOI_W, block->s[4 * i + g]);
+            for (j = 0; c->bent && j < 3; j++) {
+                float component[GTAOI_W];
+                GV_STORE(component, block->b[3 * g + j]);
+                for (i = 0; i < GTAOI_W; i++)
+                    image_b[3 * (g * GTAOI_W + i) + j] = component[i];
+            }
+        }
+    }
+    j = gtaoi_imax(c->x_begin - block->x, 0), last = gtaoi_imin(block->count, c->x_end - block->x);
+    if (j < last)
+        gtaoi_store(c, block->x + j, block->y, last - j, image_v + j, image_b + 3 * j, image_s);
+}
+
 GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1, gtao_stats *stats) {
     enum { BLOCK = 4 * GTAOI_W };
     const gtao_desc *d = &c->d;
-    int x0, y, i, g, k, period = c->period, step = period == 4 ? 1 : GTAOI_W, components = d->normal_components;
+    int x0, y, i, g, k, period = c->period, components = d->normal_components;
+    GTAOI_GROUPS block;
+    block.step = period == 4 ? 1 : GTAOI_W;
     for (y = y0; y < y1; y++) {
         const char *normals = d->normals ? (const char *)d->normals + (ptrdiff_t)y * d->normal_stride : 0;
         const uint8_t *mask = d->mask ? d->mask + (ptrdiff_t)y * d->mask_stride : 0;
-        const float *row = gtaoi_row(c, y);
+        const float *row = gtaoi_row(c, y) + GTAOI_PAD;
+        memset(block.over, 0, sizeof block.over);
         for (x0 = c->x_begin & ~63; x0 < c->x_end; x0 += BLOCK) {
-            float wanted[BLOCK], image_v[BLOCK], image_b[3 * BLOCK], image_s[4][4 * GTAOI_LANES];
-            const float *at[4];
-            GV n[12], v[4], b[12], s[16]; /* normals, bent normals: [group][component]; signal: [plane][group] */
-            GTAOI_PIXEL pixel[4];
-            GTAOI_SUM sum[4];
-            GTAOI_MOMENTS moments[4];
-            GM active[4];
-            int count = gtaoi_imin(BLOCK, d->width - x0), j, partial = mask || count < BLOCK;
+            float wanted[BLOCK];
+            GV n[12];
+            int count = gtaoi_imin(BLOCK, d->width - x0), j;
             if (c->frame && gtaoi_at_rest(c->frame, x0 / GTAOI_TILE_W, y / GTAOI_TILE_H, 2)) {
                 stats->unchanged += (uint64_t)count;
                 continue;
             }
-            int groups = period == 4 ? 4 : (count + GTAOI_W - 1) / GTAOI_W, any = 0;
-            if (partial) {
-                for (g = 0; g < groups; g++)
-                    for (i = 0, j = g * step; i < GTAOI_W; i++, j += period)
-                        wanted[g * GTAOI_W + i] = j >= count ? -1.0f : mask ? (float)mask[x0 + j] : 1.0f;
+            block.x = x0, block.y = y, block.count = count;
+            block.groups = period == 4 ? 4 : (count + GTAOI_W - 1) / GTAOI_W;
+            block.normals = normals ? n : 0;
+            for (g = 0; g < block.groups; g++) {
+                block.at[g] = row + (period == 4 ? g * c->segment + x0 / 4 : x0 + g * GTAOI_W);
+                block.want[g] = GV_SET(1.0f);
+            }
+            if (mask || count < BLOCK) {
+                for (g = 0; g < block.groups; g++) {
+                    for (i = 0, j = g * block.step; i < GTAOI_W; i++, j += period)
+                        wanted[i] = j >= count ? -1.0f : mask ? (float)mask[x0 + j] : 1.0f;
+                    block.want[g] = GV_LOAD(wanted);
+                }
             }
             if (normals && c->normal_plane) {
                 for (k = 0; k < 3; k++) {
@@ -6180,102 +6479,12 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 GTAOI_PREFETCH(from + 8 * BLOCK * components, BLOCK * components);
                 GTAOI_NAME(gtaoi_read_normals)(from, components, period, count, n);
             }
-            for (g = 0; g < groups; g++) {
-                GV want = partial ? GV_LOAD(wanted + g * GTAOI_W) : GV_SET(1.0f);
-                at[g] = row + GTAOI_PAD + (period == 4 ? g * c->segment + x0 / 4 : x0 + g * GTAOI_W);
-                active[g] = GTAOI_NAME(gtaoi_setup)(c, &pixel[g], at[g], x0 + g * step, y, want,
-                                                    normals ? n + 3 * g : 0, stats);
-                any |= GM_ANY(active[g]);
-                sum[g].visible = sum[g].open = sum[g].bx = sum[g].by = sum[g].bz = sum[g].bv = GV_SET(0.0f);
-                sum[g].jacobian_open = GV_SET(0.0f);
-                sum[g].occluded = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
-                if (c->o.sh)
-                    memset(&moments[g], 0, sizeof moments[g]);
-                v[g] = GV_SET(1.0f);
-            }
-            if (c->pass && c->pass->tilt_x) {
-                GTAOI_NAME(gtaoi_keep_tilts)(c->pass, pixel, active, groups, x0, y);
+            if (c->plain)
+                GTAOI_NAME(gtaoi_block_plain)(c, &block, stats);
+            else if (!GTAOI_NAME(gtaoi_block_any)(c, &block, stats))
                 continue;
-            }
-            if (c->slice_begin > 0)
-                GTAOI_NAME(gtaoi_sums)(c, sum, groups, x0, y, 0);
-            any |= c->pass && c->pass->options->horizons;
-            for (k = c->slice_begin; any && k < c->slice_end; k++) {
-                GTAOI_FRAME frame[4];
-                GTAOI_HORIZONS found[4];
-                GTAOI_ARCS arcs[4];
-                int first = (y & (period - 1)) * period * c->slices + k, stride = period == 4 ? c->slices : 0;
-                for (g = 0; g < groups; g++)
-                    if (GM_ANY(active[g]))
-                        GTAOI_NAME(gtaoi_slice)(c, &pixel[g], c->slice + first + g * stride, k, &frame[g], &found[g]);
-                for (g = c->arcs ? groups : 0; g < groups; g++)
-                    if (GM_ANY(active[g])) {
-                        if (c->per_pixel_noise)
-                            GTAOI_NAME(gtaoi_search_noise)(c, &pixel[g], &frame[g], &found[g], active[g], stats);
-                        else
-                            GTAOI_NAME(gtaoi_search_table)
-                        (c, &pixel[g], &frame[g], &found[g], at[g], first + g * stride, active[g], x0 + g * step, y,
-                         stats);
-                    }
-                for (g = c->arcs ? 0 : groups; g < groups; g++)
-                    if (GM_ANY(active[g]))
-                        GTAOI_NAME(gtaoi_search_arcs)
-                (c, &pixel[g], &frame[g], &found[g], &arcs[g], at[g], first + g * stride, k, active[g], x0 + g * step,
-                 y, stats);
-                if (c->pass)
-                    GTAOI_NAME(gtaoi_add_far)(c, pixel, frame, found, active, groups, k, x0, y);
-                for (g = 0; g < groups; g++)
-                    if (GM_ANY(active[g]))
-                        GTAOI_NAME(gtaoi_integrate)(c, &pixel[g], &frame[g], &found[g], &sum[g]);
-                for (g = 0; c->o.sh && g < groups; g++)
-                    if (GM_ANY(active[g]))
-                        GTAOI_NAME(gtaoi_integrate_sh)(c, &pixel[g], &frame[g], &found[g], &moments[g]);
-                for (g = 0; c->arcs && g < groups; g++)
-                    if (GM_ANY(active[g]))
-                        GTAOI_NAME(gtaoi_integrate_arcs)
-                (c, &pixel[g], &frame[g], &arcs[g], &sum[g], c->o.sh ? &moments[g] : 0);
-            }
-            if (c->slice_end < c->slices) { /* more to come */
-                GTAOI_NAME(gtaoi_sums)(c, sum, groups, x0, y, 1);
-                continue;
-            }
-            if (c->o.sh)
-                GTAOI_NAME(gtaoi_store_sh)(c, pixel, sum, moments, active, groups, x0, y, count);
-            for (g = 0; g < groups; g++) {
-                if (GM_ANY(active[g])) {
-                    v[g] = GTAOI_NAME(gtaoi_finish)(c, &pixel[g], &sum[g], active[g], s + g);
-                } else if (c->signal) {
-                    GV share = GV_SET(d->weighting == GTAO_WEIGHTING_COSINE ? 2.0f / 3.0f : 0.5f);
-                    s[g] = GV_SET(1.0f), s[4 + g] = GV_MUL(share, pixel[g].nx);
-                    s[8 + g] = GV_MUL(share, pixel[g].ny), s[12 + g] = GV_MUL(share, pixel[g].nz);
-                }
-                if (c->bent)
-                    b[3 * g] = pixel[g].nx, b[3 * g + 1] = pixel[g].ny, b[3 * g + 2] = pixel[g].nz;
-            }
-            if (period == 4) {
-                GTAOI_NAME(gtaoi_store4)(image_v, 4, v);
-                if (c->bent)
-                    for (i = 0; i < 3; i++)
-                        GTAOI_NAME(gtaoi_store4)(image_b + 4 * i, 12, b + 4 * i);
-                for (i = 0; i < c->signal - 1; i++)
-                    GTAOI_NAME(gtaoi_store4)(image_s[i], 4, s + 4 * i);
-            } else {
-                for (g = 0; g < groups; g++) {
-                    GV_STORE(image_v + g * GTAOI_W, v[g]);
-                    for (i = 0; i < c->signal - 1; i++)
-                        GV_STORE(image_s[i] + g * GTAOI_W, s[4 * i + g]);
-                    for (j = 0; c->bent && j < 3; j++) {
-                        float component[GTAOI_W];
-                        GV_STORE(component, b[3 * g + j]);
-                        for (i = 0; i < GTAOI_W; i++)
-                            image_b[3 * (g * GTAOI_W + i) + j] = component[i];
-                    }
-                }
-            }
             stats->pixels += (uint64_t)count;
-            j = gtaoi_imax(c->x_begin - x0, 0), count = gtaoi_imin(count, c->x_end - x0);
-            if (j < count)
-                gtaoi_store(c, x0 + j, y, count - j, image_v + j, image_b + 3 * j, image_s);
+            GTAOI_NAME(gtaoi_block_store)(c, &block);
         }
     }
 }
@@ -7034,6 +7243,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
 #undef GTAOI_MOMENTS
 #undef GTAOI_HISTORY
 #undef GTAOI_TAPS
+#undef GTAOI_GROUPS
 #undef GV_SET
 #undef GV_LOAD
 #undef GV_STORE

@@ -17,7 +17,6 @@
 #include "image.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -44,101 +43,40 @@ static vec scaled(vec a, double s) {
     return (vec){a.x * s, a.y * s, a.z * s};
 }
 
-static int error_line(const char *format, ...) {
-    va_list args;
-    va_start(args, format);
-    fputs("layers: ", stderr);
-    vfprintf(stderr, format, args);
-    fputc('\n', stderr);
-    va_end(args);
-    return 0;
-}
-
 /* ---- options ------------------------------------------------------------------------------------------------------ */
+
+enum { OPT_MESH, OPT_SIZE, OPT_LAYERS, OPT_FOV_Y, OPT_EYE, OPT_TARGET, OPT_UP, OPT_OUTPUT, OPT_COUNT };
 
 typedef struct options {
     const char *mesh, *output;
-    int width, height, layers;
+    int size[2], layers;
     float fov_y_degrees;
     float eye[3], target[3], up[3];
-    int has_eye, has_target;
+    unsigned char given[OPT_COUNT];
 } options;
 
-static const char usage[] =
-    "layers - depth layers of a mesh for ao: fronts and backs, peeled\n\n"
-    "usage: layers MESH.obj [options] -o LAYERS.exr\n\n"
-    "  --size WIDTHxHEIGHT            (960x540)\n"
-    "  --layers N                     1..9 (4)\n"
-    "  --fov-y DEGREES                vertical field of view (45)\n"
-    "  --eye X,Y,Z                    where the camera is (in front of the mesh, a little above)\n"
-    "  --target X,Y,Z                 what it looks at (the middle of the mesh)\n"
-    "  --up X,Y,Z                     (0,1,0)\n"
-    "  -o FILE                        .exr with channels Z, ZBack, N.X, N.Y, N.Z, layer2.Z, layer2.ZBack, ...\n\n"
-    "It prints the ao command that reads them.\n";
+#define VECTOR(m) CLI_FLOATS(options, m, 3, 3, -CLI_FINITE, CLI_FINITE, "three finite numbers")
 
-static int set_vector(const char *name, const char *value, float v[3]) {
-    int ok = cli_numbers(value, 3, 3, v) == 3 && isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]);
-    return ok ? 1 : error_line("%s %s: must be three finite numbers", name, value);
-}
+static const cli_option option_table[OPT_COUNT] = {
+    [OPT_MESH] = {"MESH.obj", "", "what is peeled", CLI_INPUT(options, mesh), .expected = "a mesh"},
+    [OPT_SIZE] = {"--size", "WIDTHxHEIGHT", "(960x540)", CLI_SIZE(options, size, 1, 16384, NULL)},
+    [OPT_LAYERS] = {"--layers", "N", "1..9 (4)", CLI_INTEGER(options, layers, 1, 1 + GTAO_MAX_LAYERS, NULL)},
+    [OPT_FOV_Y] = {"--fov-y", "DEGREES", "vertical field of view (45)",
+                   CLI_FLOAT(options, fov_y_degrees, 1e-3, 179.99, "between 0 and 180 degrees")},
+    [OPT_EYE] = {"--eye", "X,Y,Z", "where the camera is (in front of the mesh, a little above)", VECTOR(eye)},
+    [OPT_TARGET] = {"--target", "X,Y,Z", "what it looks at (the middle of the mesh)", VECTOR(target)},
+    [OPT_UP] = {"--up", "X,Y,Z", "(0,1,0)", VECTOR(up)},
+    [OPT_OUTPUT] = {"-o", "FILE", ".exr with channels Z, ZBack, N.X, N.Y, N.Z, layer2.Z, layer2.ZBack, ...",
+                    CLI_OUTPUT(options, output, ".exr")},
+};
 
-static int parse_options(int argc, char **argv, options *o) {
-    memset(o, 0, sizeof *o);
-    o->width = 960, o->height = 540, o->layers = 4, o->fov_y_degrees = 45.0f, o->up[1] = 1.0f;
-    for (int i = 1; i < argc; ++i) {
-        const char *name = argv[i], *value = argv[i + 1];
-        double number;
-        long count;
-        char end;
-        if (strcmp(name, "--help") == 0) {
-            fputs(usage, stdout);
-            exit(0);
-        }
-        if (name[0] != '-') {
-            if (o->mesh)
-                return error_line("%s: there is a mesh already, %s", name, o->mesh);
-            o->mesh = name;
-            continue;
-        }
-        if (!value && (strcmp(name, "-o") == 0 || strncmp(name, "--", 2) == 0))
-            return error_line("%s: unknown option, or its value is missing", name);
-        ++i;
-        if (strcmp(name, "-o") == 0) {
-            o->output = value;
-        } else if (strcmp(name, "--size") == 0) {
-            if (sscanf(value, "%dx%d%c", &o->width, &o->height, &end) != 2 || o->width < 1 || o->height < 1 ||
-                o->width > 16384 || o->height > 16384)
-                return error_line("--size %s: must be WIDTHxHEIGHT, 1..16384 each", value);
-        } else if (strcmp(name, "--layers") == 0) {
-            if (!cli_integer(value, 1, 1 + GTAO_MAX_LAYERS, &count))
-                return error_line("--layers %s: must be an integer, 1..%d", value, 1 + GTAO_MAX_LAYERS);
-            o->layers = (int)count;
-        } else if (strcmp(name, "--fov-y") == 0) {
-            if (!cli_number(value, &number) || !(number >= 1e-3 && number < 179.99))
-                return error_line("--fov-y %s: must be between 0 and 180 degrees", value);
-            o->fov_y_degrees = (float)number;
-        } else if (strcmp(name, "--eye") == 0) {
-            if (!set_vector(name, value, o->eye))
-                return 0;
-            o->has_eye = 1;
-        } else if (strcmp(name, "--target") == 0) {
-            if (!set_vector(name, value, o->target))
-                return 0;
-            o->has_target = 1;
-        } else if (strcmp(name, "--up") == 0) {
-            if (!set_vector(name, value, o->up))
-                return 0;
-        } else {
-            return error_line("%s: unknown option; --help lists them", name);
-        }
-    }
-    if (!o->mesh)
-        return error_line("no mesh; --help lists the options");
-    if (!o->output)
-        return error_line("-o: missing");
-    if (image_format_of(o->output) != IMAGE_EXR)
-        return error_line("-o %s: must end in .exr", o->output);
-    return 1;
-}
+static const cli_program program = {"layers",
+                                    "depth layers of a mesh for ao: fronts and backs, peeled",
+                                    "MESH.obj [options] -o LAYERS.exr",
+                                    "It prints the ao command that reads them.",
+                                    option_table,
+                                    OPT_COUNT,
+                                    0};
 
 /* ---- mesh --------------------------------------------------------------------------------------------------------- */
 
@@ -156,8 +94,8 @@ static void *grown(void *p, int count, int *room, size_t size) {
     *room = *room ? 2 * *room : 1024;
     p = realloc(p, (size_t)*room * size);
     if (!p) {
-        error_line("out of memory");
-        exit(1);
+        cli_error("out of memory");
+        exit(2);
     }
     return p;
 }
@@ -168,7 +106,7 @@ static int read_mesh(const char *path, mesh *m) {
     FILE *file = fopen(path, "r");
     int number = 0;
     if (!file)
-        return error_line("%s: cannot be opened", path);
+        return cli_error("%s: cannot be opened", path);
     while (fgets(line, sizeof line, file)) {
         ++number;
         if (line[0] == 'v' && line[1] == ' ') {
@@ -176,7 +114,7 @@ static int read_mesh(const char *path, mesh *m) {
             if (sscanf(line + 2, "%lf %lf %lf", &v.x, &v.y, &v.z) != 3 || !isfinite(v.x) || !isfinite(v.y) ||
                 !isfinite(v.z)) {
                 fclose(file);
-                return error_line("%s: line %d: a vertex needs three finite numbers", path, number);
+                return cli_error("%s: line %d: a vertex needs three finite numbers", path, number);
             }
             m->vertices = grown(m->vertices, m->vertex_count, &m->vertex_room, sizeof *m->vertices);
             m->vertices[m->vertex_count++] = v;
@@ -187,7 +125,7 @@ static int read_mesh(const char *path, mesh *m) {
                 index = index < 0 ? m->vertex_count + index : index - 1;
                 if (index < 0 || index >= m->vertex_count) {
                     fclose(file);
-                    return error_line("%s: line %d: no vertex %s", path, number, text);
+                    return cli_error("%s: line %d: no vertex %s", path, number, text);
                 }
                 corner[corners < 2 ? corners : 2] = (int)index;
                 if (++corners >= 3) { /* a fan */
@@ -201,8 +139,8 @@ static int read_mesh(const char *path, mesh *m) {
     int failed = ferror(file);
     fclose(file);
     if (failed)
-        return error_line("%s: cannot be read", path);
-    return m->triangle_count ? 1 : error_line("%s: no faces", path);
+        return cli_error("%s: cannot be read", path);
+    return m->triangle_count ? 1 : cli_error("%s: no faces", path);
 }
 
 static int root_of(int *parent, int i) {
@@ -214,7 +152,7 @@ static int root_of(int *parent, int i) {
 static int find_pieces(mesh *m) {
     m->piece = malloc((size_t)m->vertex_count * sizeof *m->piece);
     if (!m->piece)
-        return error_line("out of memory");
+        return cli_error("out of memory");
     for (int i = 0; i < m->vertex_count; ++i)
         m->piece[i] = i;
     for (int i = 0; i < m->triangle_count; ++i)
@@ -235,13 +173,15 @@ static int look(const options *o, mesh *m) {
     }
     vec middle = scaled((vec){lo.x + hi.x, lo.y + hi.y, lo.z + hi.z}, 0.5), size = sub(hi, lo);
     double far_enough = 0.45 * sqrt(dot(size, size)) / tan((double)o->fov_y_degrees * (3.14159265358979323846 / 360));
-    vec target = o->has_target ? (vec){(double)o->target[0], (double)o->target[1], (double)o->target[2]} : middle;
-    vec eye = o->has_eye ? (vec){(double)o->eye[0], (double)o->eye[1], (double)o->eye[2]}
-                         : (vec){target.x + 0.3 * far_enough, target.y + 0.35 * far_enough, target.z + far_enough};
+    vec target =
+        o->given[OPT_TARGET] ? (vec){(double)o->target[0], (double)o->target[1], (double)o->target[2]} : middle;
+    vec eye = o->given[OPT_EYE]
+                  ? (vec){(double)o->eye[0], (double)o->eye[1], (double)o->eye[2]}
+                  : (vec){target.x + 0.3 * far_enough, target.y + 0.35 * far_enough, target.z + far_enough};
     vec up = {(double)o->up[0], (double)o->up[1], (double)o->up[2]}, forward = sub(target, eye);
     vec right = cross(forward, up);
     if (!(dot(right, right) > 1e-12 * dot(forward, forward) * dot(up, up)))
-        return error_line("--eye, --target, --up: the camera looks nowhere, or along up");
+        return cli_error("--eye, --target, --up: the camera looks nowhere, or along up");
     forward = scaled(forward, 1 / sqrt(dot(forward, forward)));
     right = scaled(right, 1 / sqrt(dot(right, right)));
     vec down = cross(forward, right);
@@ -276,8 +216,8 @@ static double beside(vec a, vec b, vec r) {
 static void draw(const options *o, const mesh *m, double focal, int index, hits *h) {
     const int *corner = m->triangles[index];
     vec p[3], n;
-    int behind = 0, x0 = 0, x1 = o->width - 1, y0 = 0, y1 = o->height - 1;
-    double cx = 0.5 * o->width, cy = 0.5 * o->height, u0 = 1e30, u1 = -1e30, v0 = 1e30, v1 = -1e30;
+    int behind = 0, x0 = 0, x1 = o->size[0] - 1, y0 = 0, y1 = o->size[1] - 1;
+    double cx = 0.5 * o->size[0], cy = 0.5 * o->size[1], u0 = 1e30, u1 = -1e30, v0 = 1e30, v1 = -1e30;
     for (int k = 0; k < 3; ++k) {
         p[k] = m->vertices[corner[k]];
         behind += !(p[k].z > 0);
@@ -303,7 +243,7 @@ static void draw(const options *o, const mesh *m, double focal, int index, hits 
             }
             if (!inside)
                 continue;
-            size_t pixel = (size_t)y * (size_t)o->width + (size_t)x;
+            size_t pixel = (size_t)y * (size_t)o->size[0] + (size_t)x;
             h->list = grown(h->list, h->count, &h->room, sizeof *h->list);
             h->list[h->count] = (hit){(float)z, index, h->first[pixel]};
             h->first[pixel] = h->count++;
@@ -382,13 +322,13 @@ static int run(const options *o, mesh *m, hits *h, image *img) {
     memset(&file, 0, sizeof file);
     if (!find_pieces(m))
         return 2;
-    gtao_camera camera = gtao_camera_from_fov(o->fov_y_degrees, o->width, o->height);
-    size_t pixels = (size_t)o->width * (size_t)o->height;
+    gtao_camera camera = gtao_camera_from_fov(o->fov_y_degrees, o->size[0], o->size[1]);
+    size_t pixels = (size_t)o->size[0] * (size_t)o->size[1];
     int channels = 3 + 2 * o->layers;
     h->first = malloc(pixels * sizeof *h->first);
-    if (!h->first || !image_create(img, o->width, o->height, channels, &error)) {
-        error_line("out of memory");
-        return 1;
+    if (!h->first || !image_create(img, o->size[0], o->size[1], channels, &error)) {
+        cli_error("out of memory");
+        return 2;
     }
     for (size_t i = 0; i < pixels; ++i)
         h->first[i] = -1;
@@ -405,7 +345,7 @@ static int run(const options *o, mesh *m, hits *h, image *img) {
         names[3 + 2 * k] = text[2 * k - 2], names[4 + 2 * k] = text[2 * k - 1];
     }
     if (!image_write(o->output, img, names, IMAGE_RANGE_UNIT, &file, &error) || !image_commit(&file, &error)) {
-        error_line("%s", error.text);
+        cli_error("%s", error.text);
         image_discard(&file);
         return 2;
     }
@@ -425,8 +365,15 @@ int main(int argc, char **argv) {
     memset(&m, 0, sizeof m);
     memset(&h, 0, sizeof h);
     memset(&img, 0, sizeof img);
-    if (!parse_options(argc, argv, &o))
+    memset(&o, 0, sizeof o);
+    o.size[0] = 960, o.size[1] = 540, o.layers = 4, o.fov_y_degrees = 45.0f, o.up[1] = 1.0f;
+    int parsed = cli_parse(&program, argc, argv, &o, o.given);
+    if (parsed != CLI_GO)
+        return parsed;
+    if (!o.mesh || !o.output) {
+        cli_error(o.mesh ? "-o: missing" : "no mesh; --help lists the options");
         return 2;
+    }
     if (read_mesh(o.mesh, &m) && look(&o, &m))
         status = run(&o, &m, &h, &img);
     image_free(&img);

@@ -12,26 +12,15 @@
 #include "volume.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #define PI 3.14159265358979323846
 
 /* ---- options ------------------------------------------------------------------------------------------------------ */
 
 enum { KIND_ENV = GTSO_KIND_BENT + 1 }; /* the tool's own: the environment BRDF */
-
-typedef struct options {
-    gtso_table_desc table;
-    int kind, lobe, frame, fit, caps, format, threads, stats, points;
-    int sizes, scales; /* how many were given */
-    const char *output, *slices;
-    unsigned given; /* bit per option id */
-} options;
 
 enum {
     OPT_KIND,
@@ -48,31 +37,16 @@ enum {
     OPT_STATS,
     OPT_POINTS,
     OPT_THREADS,
-    OPT_HELP,
     OPT_COUNT
 };
 
-typedef struct option_info {
-    const char *name, *value, *help; /* value null: a flag */
-} option_info;
-
-static const option_info option_table[OPT_COUNT] = {
-    {"--kind", "lobe|cone|brdf|bent|env", "3 axes: cone against lobe (lobe) or cone; 4: full BRDF; 5: any bent normal"},
-    {"--lobe", "brdf|ggx|beckmann|blinn|phong", "of --kind lobe (brdf)"},
-    {"--frame", "bent|reflection", "of --kind lobe: where n is, the bent normal (default) or the reflection"},
-    {"--fit", "jimenez|drobot|uludag", "of --kind cone: the lobe's aperture (jimenez)"},
-    {"--caps", "exact|oat|smoothstep", "of --kind cone: intersection of the cones (exact)"},
-    {"--f0", "F", "of --kind brdf and bent: reflectance at normal incidence, 0..1 (0.04)"},
-    {"--size", "N|A,B,R[,V[,Z]]", "texels: aperture, beta, roughness, view, azimuth; env: n.v, roughness"},
-    {"--scale", "A,B,R[,V[,Z]]", "of each axis: default, angle, cosine, half-sine, edge, roughness, alpha"},
-    {"--format", "float|unorm8|unorm16|bc4", "texels in the file (unorm8)"},
-    {"-o", "FILE", ".dds, .ktx2, .h, .c or .inc; .exr or .pfm: slices from top to bottom, floats"},
-    {"--slices", "FILE.png", "picture of the table"},
-    {"--stats", NULL, "print the error of every size and format against direct integration"},
-    {"--points", "N", "points at which --stats compares (20000)"},
-    {"--threads", "N", "(all processors) the results are the same bits"},
-    {"--help", NULL, ""},
-};
+typedef struct options {
+    gtso_table_desc table;
+    int kind, lobe, frame, fit, caps, format, threads, stats, points;
+    int sizes, scales; /* how many were given */
+    const char *output, *slices;
+    unsigned char given[OPT_COUNT];
+} options;
 
 static const char *const kinds[] = {"lobe", "cone", "brdf", "bent", "env", NULL};
 static const char *const lobes[] = {"brdf", "ggx", "beckmann", "blinn", "phong", NULL};
@@ -83,203 +57,81 @@ static const char *const scales[] = {"default", "angle", "cosine", "half-sine", 
 static const char *const formats[] = {"float", "unorm8", "unorm16", "bc4", NULL};
 static const char *const axes[] = {"aperture", "beta", "roughness", "view", "azimuth"};
 
-static int error_line(const char *format, ...) {
-    va_list args;
-    va_start(args, format);
-    fputs("lut: ", stderr);
-    vfprintf(stderr, format, args);
-    fputc('\n', stderr);
-    va_end(args);
-    return 0;
-}
-
-static int bad_value(int id, const char *value, const char *expected) {
-    return error_line("%s %s: must be %s", option_table[id].name, value, expected);
-}
-
-static int given(const options *o, int id) {
-    return (int)(o->given >> id & 1u);
-}
-
-static void print_help(void) {
-    puts("lut - tables of specular visibility as volume textures\n\n"
-         "usage: lut [options] (-o FILE | --slices FILE.png | --stats)\n");
-    for (int i = 0; i < OPT_COUNT; ++i) {
-        char left[64];
-        const option_info *info = option_table + i;
-        snprintf(left, sizeof left, "%s %s", info->name, info->value ? info->value : "");
-        printf("  %-38s %s\n", left, info->help);
-    }
-    puts(
-        "\nx is the aperture, y beta, z the roughness; slices of further axes follow one another in z. A texel i of N\n"
-        "stands for the coordinate i / (N - 1), as gtso_table_coords of gtso.h computes it. env: x is n.v, y "
-        "roughness,\n"
-        "slice 0 the factor of f0, slice 1 what is added.");
-}
-
-static int set_choice(int id, const char *value, const char *const *names, int *choice) {
-    *choice = cli_choice(value, names);
-    return *choice >= 0 ? 1 : bad_value(id, value, option_table[id].value);
-}
-
-static int set_integer(int id, const char *value, long lowest, long highest, const char *expected, int *number) {
-    long v;
-    if (!cli_integer(value, lowest, highest, &v))
-        return bad_value(id, value, expected);
-    *number = (int)v;
-    return 1;
-}
-
-static int set_sizes(options *o, const char *value) {
+static int set_sizes(void *settings, const cli_option *option, const char *value) {
+    options *o = settings;
     float n[GTSO_AXIS_COUNT];
     o->sizes = cli_numbers(value, 1, GTSO_AXIS_COUNT, n);
     for (int i = 0; i < o->sizes; ++i) {
         if (!(n[i] >= 2.0f && n[i] <= 256.0f) || floorf(n[i]) < n[i])
-            return bad_value(OPT_SIZE, value, "whole numbers, 8..64 (azimuth 4..64, env 2..256)");
+            return cli_bad_value(option, value, "whole numbers, 8..64 (azimuth 4..64, env 2..256)");
         o->table.size[i] = (int)n[i];
     }
-    return o->sizes ? 1 : bad_value(OPT_SIZE, value, "one number, or one for each axis");
+    return o->sizes ? 1 : cli_bad_value(option, value, "one number, or one for each axis");
 }
 
-static int set_scales(options *o, const char *value) {
+static int set_scales(void *settings, const cli_option *option, const char *value) {
+    options *o = settings;
     const char *c = value;
-    for (o->scales = 0; o->scales < GTSO_AXIS_COUNT;) {
-        char name[16];
-        size_t n = strcspn(c, ",");
-        int scale = -1;
-        if (n < sizeof name) {
-            memcpy(name, c, n);
-            name[n] = 0;
-            scale = cli_choice(name, scales);
-        }
+    o->scales = 0;
+    do {
+        int scale = o->scales < GTSO_AXIS_COUNT ? cli_next_choice(&c, scales) : -1;
         if (scale < 0)
-            break;
+            return cli_bad_value(option, value, "a list of default, angle, cosine, half-sine, edge, roughness, alpha");
         o->table.scale[o->scales++] = (gtso_scale)scale;
-        c += n;
-        if (!*c)
-            return 1;
-        ++c;
-    }
-    return bad_value(OPT_SCALE, value, "a list of default, angle, cosine, half-sine, edge, roughness, alpha");
-}
-
-static int set_option(options *o, int id, const char *value) {
-    double number;
-    switch (id) {
-    case OPT_KIND:
-        return set_choice(id, value, kinds, &o->kind);
-    case OPT_LOBE:
-        return set_choice(id, value, lobes, &o->lobe);
-    case OPT_FRAME:
-        return set_choice(id, value, frames, &o->frame);
-    case OPT_FIT:
-        return set_choice(id, value, fits, &o->fit);
-    case OPT_CAPS:
-        return set_choice(id, value, caps, &o->caps);
-    case OPT_F0:
-        if (!cli_number(value, &number) || !((float)number > 0.0f && number <= 1.0))
-            return bad_value(id, value, "above 0, at most 1");
-        o->table.f0 = (float)number;
-        return 1;
-    case OPT_SIZE:
-        return set_sizes(o, value);
-    case OPT_SCALE:
-        return set_scales(o, value);
-    case OPT_FORMAT:
-        return set_choice(id, value, formats, &o->format);
-    case OPT_OUTPUT:
-        o->output = value;
-        return 1;
-    case OPT_SLICES:
-        o->slices = value;
-        return 1;
-    case OPT_STATS:
-        o->stats = 1;
-        return 1;
-    case OPT_POINTS:
-        return set_integer(id, value, 100, 10000000, "an integer, 100..10000000", &o->points);
-    case OPT_THREADS:
-        return set_integer(id, value, 1, 1024, "an integer, 1..1024", &o->threads);
-    default:
-        return 1;
-    }
-}
-
-static int parse_options(int argc, char **argv, options *o) {
-    memset(o, 0, sizeof *o);
-    o->threads = cli_processors();
-    o->format = VOLUME_UNORM8;
-    o->points = 20000;
-    for (int i = 1; i < argc; ++i) {
-        const char *name = argv[i], *value = NULL;
-        const char *equals = strncmp(name, "--", 2) == 0 ? strchr(name, '=') : NULL;
-        size_t length = equals ? (size_t)(equals - name) : strlen(name);
-        int id = 0;
-        while (id < OPT_COUNT &&
-               (strlen(option_table[id].name) != length || memcmp(option_table[id].name, name, length) != 0))
-            ++id;
-        if (id == OPT_COUNT)
-            return error_line("%s: unknown option, see --help", name);
-        if (option_table[id].value) {
-            value = equals ? equals + 1 : i + 1 < argc ? argv[++i] : NULL;
-            if (!value || !value[0] || (!equals && strncmp(value, "--", 2) == 0))
-                return error_line("%s: needs a value, %s", option_table[id].name, option_table[id].value);
-        } else if (equals) {
-            return error_line("%s: takes no value", option_table[id].name);
-        }
-        o->given |= 1u << id;
-        if (!set_option(o, id, value))
-            return 0;
-    }
+    } while (*c);
     return 1;
 }
 
-static int same_file(const char *a, const char *b) {
-    struct stat x, y;
-    if (strcmp(a, b) == 0)
-        return 1;
-    return stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
-}
+static const cli_option option_table[OPT_COUNT] = {
+    [OPT_KIND] = {"--kind", "lobe|cone|brdf|bent|env",
+                  "3 axes: cone against lobe (lobe) or cone; 4: full BRDF; 5: any bent normal",
+                  CLI_CHOICE(options, kind, kinds)},
+    [OPT_LOBE] = {"--lobe", "brdf|ggx|beckmann|blinn|phong", "of --kind lobe (brdf)", CLI_CHOICE(options, lobe, lobes)},
+    [OPT_FRAME] = {"--frame", "bent|reflection",
+                   "of --kind lobe: where n is, the bent normal (default) or the reflection",
+                   CLI_CHOICE(options, frame, frames)},
+    [OPT_FIT] = {"--fit", "jimenez|drobot|uludag", "of --kind cone: the lobe's aperture (jimenez)",
+                 CLI_CHOICE(options, fit, fits)},
+    [OPT_CAPS] = {"--caps", "exact|oat|smoothstep", "of --kind cone: intersection of the cones (exact)",
+                  CLI_CHOICE(options, caps, caps)},
+    [OPT_F0] = {"--f0", "F", "of --kind brdf and bent: reflectance at normal incidence, 0..1 (0.04)",
+                CLI_FLOAT(options, table.f0, CLI_ABOVE_0, 1, "above 0, at most 1")},
+    [OPT_SIZE] = {"--size", "N|A,B,R[,V[,Z]]", "texels: aperture, beta, roughness, view, azimuth; env: n.v, roughness",
+                  CLI_OWN(set_sizes)},
+    [OPT_SCALE] = {"--scale", "A,B,R[,V[,Z]]",
+                   "of each axis: default, angle, cosine, half-sine, edge, roughness, alpha", CLI_OWN(set_scales)},
+    [OPT_FORMAT] = {"--format", "float|unorm8|unorm16|bc4", "texels in the file (unorm8)",
+                    CLI_CHOICE(options, format, formats)},
+    [OPT_OUTPUT] = {"-o", "FILE", ".dds, .ktx2, .h, .c or .inc; .exr or .pfm: slices from top to bottom, floats",
+                    CLI_OUTPUT(options, output, ".dds, .ktx2, .h, .c, .inc, .exr or .pfm")},
+    [OPT_SLICES] = {"--slices", "FILE.png", "picture of the table", CLI_OUTPUT(options, slices, ".png")},
+    [OPT_STATS] = {"--stats", NULL, "print the error of every size and format against direct integration",
+                   CLI_FLAG(options, stats)},
+    [OPT_POINTS] = {"--points", "N", "points at which --stats compares (20000)",
+                    CLI_INTEGER(options, points, 100, 10000000, NULL)},
+    [OPT_THREADS] = {"--threads", "N", "(all processors) the results are the same bits", CLI_THREADS(options, threads)},
+};
 
-/* A file that can be written beside its temporary name. */
-static int check_output(int id, const char *path) {
-    const char *name = option_table[id].name, *slash = strrchr(path, '/');
-    size_t n = slash == path ? 1 : slash ? (size_t)(slash - path) : 0;
-    struct stat info;
-    char directory[4096];
-    if (stat(path, &info) == 0 && !S_ISREG(info.st_mode))
-        return error_line("%s %s: not a regular file", name, path);
-    if (n >= sizeof directory)
-        return error_line("%s %s: name too long", name, path);
-    memcpy(directory, path, n);
-    directory[n] = 0;
-    if (access(n ? directory : ".", W_OK | X_OK) != 0) {
-        int there = stat(n ? directory : ".", &info) == 0;
-        return error_line("%s %s: its directory is %s", name, path, there ? "not writable" : "missing");
-    }
-    return 1;
-}
+static const cli_program program = {
+    "lut",
+    "tables of specular visibility as volume textures",
+    "[options] (-o FILE | --slices FILE.png | --stats)",
+    "x is the aperture, y beta, z the roughness; slices of further axes follow one another in z. A texel i of N\n"
+    "stands for the coordinate i / (N - 1), as gtso_table_coords of gtso.h computes it. env: x is n.v, y roughness,\n"
+    "slice 0 the factor of f0, slice 1 what is added.",
+    option_table,
+    OPT_COUNT,
+    0};
 
-static int check_outputs(const options *o) {
+static int check_options(const options *o) {
     if (!o->output && !o->slices && !o->stats)
-        return error_line("-o, --slices or --stats: one of them is required, see --help");
-    if (given(o, OPT_POINTS) && !o->stats)
-        return error_line("--points: only with --stats");
-    if (given(o, OPT_FORMAT) && !o->output)
-        return error_line("--format: only with -o");
-    if (o->output && volume_file_of(o->output) == VOLUME_UNKNOWN)
-        return error_line("-o %s: unknown format, the name must end in .dds, .ktx2, .h, .c, .inc, .exr or .pfm",
-                          o->output);
-    if (o->output && given(o, OPT_FORMAT) && o->format != VOLUME_FLOAT && volume_file_of(o->output) == VOLUME_IMAGE)
-        return error_line("--format %s: %s holds floats", formats[o->format], o->output);
-    if (o->slices && image_format_of(o->slices) != IMAGE_PNG)
-        return error_line("--slices %s: the name must end in .png", o->slices);
-    if (o->output && !check_output(OPT_OUTPUT, o->output))
-        return 0;
-    if (o->slices && !check_output(OPT_SLICES, o->slices))
-        return 0;
-    if (o->output && o->slices && same_file(o->output, o->slices))
-        return error_line("--slices %s: the same file as -o", o->slices);
+        return cli_error("-o, --slices or --stats: one of them is required, see --help");
+    if (o->given[OPT_POINTS] && !o->stats)
+        return cli_error("--points: only with --stats");
+    if (o->given[OPT_FORMAT] && !o->output)
+        return cli_error("--format: only with -o");
+    if (o->given[OPT_FORMAT] && o->format != VOLUME_FLOAT && volume_file_of(o->output) == VOLUME_IMAGE)
+        return cli_error("--format %s: %s holds floats", formats[o->format], o->output);
     return 1;
 }
 
@@ -289,7 +141,7 @@ static int library_error(gtso_result result) {
                        : result == GTSO_ERROR_SCALE    ? "--scale"
                        : result == GTSO_ERROR_F0       ? "--f0"
                                                        : "--kind";
-    return error_line("%s: %s", name, gtso_result_string(result));
+    return cli_error("%s: %s", name, gtso_result_string(result));
 }
 
 /* Options that the kind of table has no use for; then the description, its defaults replaced. */
@@ -302,17 +154,17 @@ static int resolve(options *o, gtso_table_desc *table) {
     } only[] = {{OPT_LOBE, lobe}, {OPT_FRAME, lobe}, {OPT_FIT, cone},    {OPT_CAPS, cone},
                 {OPT_F0, brdf},   {OPT_SCALE, ~env}, {OPT_SLICES, ~env}, {OPT_STATS, ~env}};
     for (size_t i = 0; i < sizeof only / sizeof *only; ++i)
-        if (given(o, only[i].id) && !(only[i].kinds >> o->kind & 1))
-            return error_line("%s: not with --kind %s", option_table[only[i].id].name, kinds[o->kind]);
+        if (o->given[only[i].id] && !(only[i].kinds >> o->kind & 1))
+            return cli_error("%s: not with --kind %s", option_table[only[i].id].name, kinds[o->kind]);
     int count = axes_of[o->kind];
     if (o->sizes > 1 && o->sizes != count)
-        return error_line("--size: %d numbers, but --kind %s has %d axes", o->sizes, kinds[o->kind], count);
+        return cli_error("--size: %d numbers, but --kind %s has %d axes", o->sizes, kinds[o->kind], count);
     if (o->scales && o->scales != count)
-        return error_line("--scale: %d names, but --kind %s has %d axes", o->scales, kinds[o->kind], count);
+        return cli_error("--scale: %d names, but --kind %s has %d axes", o->scales, kinds[o->kind], count);
     for (int i = o->sizes; o->sizes == 1 && i < count; ++i)
         o->table.size[i] = o->table.size[0];
     if (o->format == VOLUME_BC4 && ((o->table.size[0] | o->table.size[1]) & 3))
-        return error_line("--size: BC4 needs the first two to be multiples of 4");
+        return cli_error("--size: BC4 needs the first two to be multiples of 4");
     if (o->kind == KIND_ENV) {
         for (int i = 0; i < 2; ++i)
             o->table.size[i] = o->table.size[i] ? o->table.size[i] : 32;
@@ -328,50 +180,18 @@ static int resolve(options *o, gtso_table_desc *table) {
         return library_error(result);
     if (o->output && volume_file_of(o->output) != VOLUME_C && volume_file_of(o->output) != VOLUME_IMAGE &&
         table->size[2] * table->size[3] * table->size[4] > VOLUME_MAX_SIZE)
-        return error_line("--size: %d slices, but a volume texture has %d at most",
-                          table->size[2] * table->size[3] * table->size[4], VOLUME_MAX_SIZE);
+        return cli_error("--size: %d slices, but a volume texture has %d at most",
+                         table->size[2] * table->size[3] * table->size[4], VOLUME_MAX_SIZE);
     return 1;
 }
 
 /* ---- baking ------------------------------------------------------------------------------------------------------- */
 
-/* A bar, only on a terminal, and only once the work has taken a second. */
-typedef struct progress {
-    const char *what;
-    double started;
-    int shown;
-} progress;
-
-static void show_progress(progress *p, int done, int all) {
-    enum { WIDTH = 40 };
-    if (p->shown < 0 || cli_seconds() - p->started < 1.0)
-        return;
-    if (!isatty(STDERR_FILENO)) {
-        p->shown = -1;
-        return;
-    }
-    int percent = (int)(100.0 * done / all);
-    if (percent == p->shown)
-        return;
-    char bar[WIDTH + 1];
-    for (int i = 0; i < WIDTH; ++i)
-        bar[i] = i * 100 < percent * WIDTH ? '#' : '.';
-    bar[WIDTH] = 0;
-    fprintf(stderr, "\rlut: %s [%s] %3d %%", p->what, bar, percent);
-    fflush(stderr);
-    p->shown = percent;
-}
-
-static void end_progress(const progress *p) {
-    if (p->shown > 0)
-        fprintf(stderr, "\r%*s\r", (int)strlen(p->what) + 64, "");
-}
-
 typedef struct bake {
     const gtso_table_desc *table; /* null: the environment BRDF */
     const int *size;
     float *data;
-    progress shown;
+    cli_progress progress;
 } bake;
 
 static void bake_rows(void *user, int thread, int row_begin, int row_end) {
@@ -384,33 +204,33 @@ static void bake_rows(void *user, int thread, int row_begin, int row_end) {
 }
 
 static void bake_progress(void *user, int rows_done, int rows) {
-    show_progress(&((bake *)user)->shown, rows_done, rows);
+    cli_progress_show(&((bake *)user)->progress, (double)rows_done / rows);
 }
 
 static int bake_table(pool *workers, const gtso_table_desc *table, volume *v) {
     if (!volume_create(v, table->size[0], table->size[1], table->size[2] * table->size[3] * table->size[4]))
-        return error_line("--size: not enough memory");
-    bake b = {table, table->size, v->texels, {"baking", cli_seconds(), 0}};
+        return cli_error("--size: not enough memory");
+    bake b = {table, table->size, v->texels, {"baking", 0.0, 0.0, 0}};
     pool_run(workers, gtso_table_rows(table), 0, bake_rows, bake_progress, &b);
-    end_progress(&b.shown);
+    cli_progress_end();
     return 1;
 }
 
 /* Pairs to slices. */
 static int bake_env(pool *workers, const int *size, volume *v) {
     size_t count = (size_t)size[0] * (size_t)size[1];
-    bake b = {NULL, size, malloc(2 * count * sizeof(float)), {"baking", cli_seconds(), 0}};
+    bake b = {NULL, size, malloc(2 * count * sizeof(float)), {"baking", 0.0, 0.0, 0}};
     int ok = b.data && volume_create(v, size[0], size[1], 2);
     if (ok) {
         pool_run(workers, size[1], 1, bake_rows, bake_progress, &b);
-        end_progress(&b.shown);
+        cli_progress_end();
         for (size_t i = 0; i < count; ++i) {
             v->texels[i] = b.data[2 * i];
             v->texels[count + i] = b.data[2 * i + 1];
         }
     }
     free(b.data);
-    return ok ? 1 : error_line("--size: not enough memory");
+    return ok ? 1 : cli_error("--size: not enough memory");
 }
 
 /* What the axes mean, for whoever opens the file. */
@@ -437,7 +257,7 @@ typedef struct comparison {
     const gtso_table_desc *table;
     float largest[GTSO_AXIS_COUNT]; /* of each parameter */
     float *exact;
-    progress shown;
+    cli_progress progress;
 } comparison;
 
 /* Point i of a low-discrepancy sequence over the domain, uniform in every angle and in roughness. */
@@ -481,7 +301,7 @@ static void exact_rows(void *user, int thread, int row_begin, int row_end) {
 }
 
 static void exact_progress(void *user, int rows_done, int rows) {
-    show_progress(&((comparison *)user)->shown, rows_done, rows);
+    cli_progress_show(&((comparison *)user)->progress, (double)rows_done / rows);
 }
 
 static int compare_floats(const void *a, const void *b) {
@@ -499,7 +319,7 @@ static int measure(const comparison *c, const gtso_table_desc *t, const float *d
     float *error = malloc((size_t)points * sizeof *error);
     double sum = 0.0, added = 0.0;
     if (!error)
-        return error_line("--points %d: not enough memory", points);
+        return cli_error("--points %d: not enough memory", points);
     for (int i = 0; i < points; ++i) {
         gtso_point p;
         point_at(c, i, &p);
@@ -522,13 +342,13 @@ static int print_stats(const options *o, const gtso_table_desc *table, pool *wor
                      sizes5[] = {8, 12, 16, 0};
     int count = gtso_table_axes(table), own = 0, ok = 1;
     const int *sizes = count == 3 ? sizes3 : count == 4 ? sizes4 : sizes5;
-    comparison c = {table, {0}, malloc((size_t)o->points * sizeof(float)), {"integrating", cli_seconds(), 0}};
+    comparison c = {table, {0}, malloc((size_t)o->points * sizeof(float)), {"integrating", 0.0, 0.0, 0}};
     char text[512];
     if (!c.exact)
-        return error_line("--points %d: not enough memory", o->points);
+        return cli_error("--points %d: not enough memory", o->points);
     set_domain(&c);
     pool_run(workers, o->points, 0, exact_rows, exact_progress, &c);
-    end_progress(&c.shown);
+    cli_progress_end();
     describe(o, table, text, sizeof text);
     text[strcspn(text, ";")] = 0;
     printf("%s; %d points, uniform in angles (beta to %.0f degrees) and roughness\n\n", text, o->points,
@@ -551,7 +371,7 @@ static int print_stats(const options *o, const gtso_table_desc *table, pool *wor
         size_t texels = gtso_table_count(&t);
         float *data = ok ? malloc(texels * sizeof *data) : NULL;
         for (int k = 0; ok && k < VOLUME_FORMAT_COUNT; ++k) {
-            ok = data && volume_quantise(&v, (volume_format)k, data) ? 1 : error_line("--stats: not enough memory");
+            ok = data && volume_quantise(&v, (volume_format)k, data) ? 1 : cli_error("--stats: not enough memory");
             ok = ok && measure(&c, &t, data, v.texels, o->points, f + k);
         }
         if (ok) {
@@ -612,7 +432,7 @@ static int draw_slices(const options *o, const gtso_table_desc *t, const volume 
     image_error error;
     const float largest_beta = (float)PI;
     if (!image_create(canvas, LEFT + COLUMNS * (PANEL + GAP) + GAP, TOP + rows * (PANEL + GAP) + BOTTOM, 3, &error))
-        return error_line("--slices %s: %s", o->slices, error.text);
+        return cli_error("--slices %s: %s", o->slices, error.text);
     canvas_load_fonts();
     canvas_fill(canvas, 0, 0, canvas->width, canvas->height, color_hex(ink_paper));
     describe(o, t, text, sizeof text);
@@ -675,23 +495,25 @@ static int write_outputs(const options *o, const gtso_table_desc *table, const v
     for (int i = 0; i < count; ++i)
         image_discard(pending + i);
     image_free(&canvas);
-    return ok ? 1 : error_line("%s %s", option_table[id].name, error.text);
+    return ok ? 1 : cli_error("%s %s", option_table[id].name, error.text);
 }
 
 int main(int argc, char **argv) {
     options o;
     gtso_table_desc table;
     memset(&table, 0, sizeof table);
-    for (int i = 1; i < argc; ++i)
-        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
-            print_help();
-            return 0;
-        }
-    if (!parse_options(argc, argv, &o) || !check_outputs(&o) || !resolve(&o, &table))
+    memset(&o, 0, sizeof o);
+    o.threads = cli_processors();
+    o.format = VOLUME_UNORM8;
+    o.points = 20000;
+    int status = cli_parse(&program, argc, argv, &o, o.given);
+    if (status != CLI_GO)
+        return status;
+    if (!check_options(&o) || !resolve(&o, &table))
         return 2;
     pool *workers = pool_create(o.threads);
     volume v = {0, 0, 0, NULL};
-    int ok = workers ? 1 : error_line("--threads: not enough memory");
+    int ok = workers ? 1 : cli_error("--threads: not enough memory");
     if (ok && (o.output || o.slices)) {
         ok = o.kind == KIND_ENV ? bake_env(workers, o.table.size, &v) : bake_table(workers, &table, &v);
         ok = ok && write_outputs(&o, &table, &v);

@@ -1,8 +1,7 @@
 /* mesh_to_map - from a detailed mesh to the maps that build/bake takes: heights and normals of what a camera straight
  * above sees. And, to see what such maps cannot hold, visibility by rays traced in the mesh itself.
  *
- *   mesh_to_map [--mesh FILE.obj] [--up y|z] [--size N] --height FILE [--normal FILE]
- *               [--traced FILE [--rays N]] [--baked FILE]
+ *   mesh_to_map [--mesh FILE.obj] [options] --height FILE        `mesh_to_map --help` lists them
  *
  * Without --mesh it makes one: paving of stones, which a height map holds, and an arch, which it does not. With --traced
  * and --baked, visibility from rays and from build/bake, it says how far apart they are. docs/baking.md walks through. */
@@ -11,8 +10,8 @@
 #include "raster.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -29,16 +28,6 @@ typedef struct mesh {
     corner *corners; /* three a triangle */
     size_t position_count, normal_count, corner_count, position_room, normal_room, corner_room;
 } mesh;
-
-static int error_line(const char *format, ...) {
-    va_list args;
-    va_start(args, format);
-    fputs("mesh_to_map: ", stderr);
-    vfprintf(stderr, format, args);
-    fputc('\n', stderr);
-    va_end(args);
-    return 0;
-}
 
 static vec sub(vec a, vec b) {
     vec c = {a.x - b.x, a.y - b.y, a.z - b.z};
@@ -68,7 +57,7 @@ static int grow(void **data, size_t *room, size_t count, size_t size) {
     size_t more = *room ? 2 * *room : 4096;
     void *larger = realloc(*data, more * size);
     if (!larger)
-        return error_line("not enough memory");
+        return cli_error("not enough memory");
     *data = larger;
     *room = more;
     return 1;
@@ -198,7 +187,7 @@ static int read_mesh(const char *path, int up_y, mesh *m) {
     int number = 0, ok = 1;
     FILE *file = fopen(path, "rb");
     if (!file)
-        return error_line("--mesh %s: cannot open", path);
+        return cli_error("--mesh %s: cannot open", path);
     while (ok && fgets(line, sizeof line, file)) {
         float x, y, z;
         ++number;
@@ -206,7 +195,7 @@ static int read_mesh(const char *path, int up_y, mesh *m) {
         if (normal || strncmp(line, "v ", 2) == 0) {
             if (sscanf(line + (normal ? 3 : 2), "%f %f %f", &x, &y, &z) != 3 || !isfinite(x) || !isfinite(y) ||
                 !isfinite(z)) {
-                ok = error_line("--mesh %s: line %d: three finite numbers are expected", path, number);
+                ok = cli_error("--mesh %s: line %d: three finite numbers are expected", path, number);
                 break;
             }
             vec v = {x, up_y ? -z : y, up_y ? y : z};
@@ -216,7 +205,7 @@ static int read_mesh(const char *path, int up_y, mesh *m) {
             int count = 0;
             for (char *word = strtok(line + 2, " \t\r\n"); ok && word; word = strtok(NULL, " \t\r\n"), ++count) {
                 if (!parse_corner(word, m, &c))
-                    ok = error_line("--mesh %s: line %d: no such vertex %s", path, number, word);
+                    ok = cli_error("--mesh %s: line %d: no such vertex %s", path, number, word);
                 else if (count >= 2)
                     ok = add_corner(m, first.position, first.normal) && add_corner(m, last.position, last.normal) &&
                          add_corner(m, c.position, c.normal);
@@ -227,7 +216,7 @@ static int read_mesh(const char *path, int up_y, mesh *m) {
         }
     }
     fclose(file);
-    return ok && m->corner_count == 0 ? error_line("--mesh %s: no faces", path) : ok;
+    return ok && m->corner_count == 0 ? cli_error("--mesh %s: no faces", path) : ok;
 }
 
 /* ---- the maps ---------------------------------------------------------------------------------------------------- */
@@ -313,7 +302,7 @@ static int make_grid(maps *o) {
     o->begin = calloc(cells + 2, sizeof *o->begin);
     o->tops = malloc(cells * sizeof *o->tops);
     if (!o->begin || !o->tops)
-        return error_line("not enough memory");
+        return cli_error("not enough memory");
     o->top = -HUGE_VALF;
     for (size_t i = 0; i < cells; ++i)
         o->tops[i] = -HUGE_VALF;
@@ -342,7 +331,7 @@ static int make_grid(maps *o) {
         total = (size_t)o->begin[cells + 1];
         o->triangles = malloc((total + 1) * sizeof *o->triangles);
         if (!o->triangles)
-            return error_line("not enough memory");
+            return cli_error("not enough memory");
     }
     return 1;
 }
@@ -432,7 +421,7 @@ static int write_map(const char *path, const maps *o, int channels, const float 
     } else if (ok) {
         ok = raster_finish(w, &error) && image_commit(&pending, &error);
     }
-    return ok ? 1 : error_line("%s", error.text);
+    return ok ? 1 : cli_error("%s", error.text);
 }
 
 /* Root mean square and mean of baked - traced, where the built-in scene has its arch and elsewhere. */
@@ -444,10 +433,10 @@ static int compare(const char *path, const maps *o, int arch) {
     raster_reader *r = raster_open(path, 1, o->width, o->height, &info, &error);
     int ok = r && baked;
     if (ok && (info.width != o->width || info.height != o->height))
-        ok = error_line("--baked %s: %d x %d, but the maps are %d x %d", path, info.width, info.height, o->width,
-                        o->height);
+        ok = cli_error("--baked %s: %d x %d, but the maps are %d x %d", path, info.width, info.height, o->width,
+                       o->height);
     else if (!ok || !raster_read(r, info.height, baked, &error))
-        ok = error_line("--baked %s", r && !baked ? "not enough memory" : error.text);
+        ok = cli_error("--baked %s", r && !baked ? "not enough memory" : error.text);
     for (int near_arch = 0; ok && near_arch <= arch; ++near_arch) {
         double sum = 0.0, squares = 0.0, count = 0.0;
         for (size_t i = 0; i < pixels; ++i) {
@@ -490,64 +479,88 @@ static void bounds_of(const mesh *m, int size, maps *o) {
     o->height = (int)fmaxf(1.0f, floorf(high / o->pixel + 0.5f));
 }
 
+enum { OPT_MESH, OPT_UP, OPT_SIZE, OPT_HEIGHT, OPT_NORMAL, OPT_TRACED, OPT_RAYS, OPT_BAKED, OPT_COUNT };
+
+typedef struct options {
+    const char *mesh, *height, *normal, *traced, *baked;
+    int up, size, rays;
+    unsigned char given[OPT_COUNT];
+} options;
+
+static const char *const ups[] = {"z", "y", NULL};
+
+static const cli_option option_table[OPT_COUNT] = {
+    [OPT_MESH] = {"--mesh", "FILE.obj",
+                  "without: paving of stones, which a height map holds, and an arch, which it does not",
+                  CLI_INPUT(options, mesh)},
+    [OPT_UP] = {"--up", "y|z", "which way is up in FILE.obj (z)", CLI_CHOICE(options, up, ups), .expected = "y or z"},
+    [OPT_SIZE] = {"--size", "N", "pixels of the longer side (512)",
+                  CLI_INTEGER(options, size, 1, IMAGE_MAX_SIZE, NULL)},
+    [OPT_HEIGHT] = {"--height", "FILE", "heights", CLI_OUTPUT(options, height, RASTER_ENDINGS)},
+    [OPT_NORMAL] = {"--normal", "FILE", "normals, tangent space", CLI_OUTPUT(options, normal, RASTER_ENDINGS)},
+    [OPT_TRACED] = {"--traced", "FILE", "visibility by rays traced in the mesh itself",
+                    CLI_OUTPUT(options, traced, RASTER_ENDINGS)},
+    [OPT_RAYS] = {"--rays", "N", "of each pixel (256)", CLI_INTEGER(options, rays, 1, 65536, NULL)},
+    [OPT_BAKED] = {"--baked", "FILE", "visibility from build/bake: how far it is from that by rays",
+                   CLI_INPUT(options, baked)},
+};
+
+static const cli_program program = {"mesh_to_map",
+                                    "heights and normals of a mesh, seen from above, for bake",
+                                    "[options] --height FILE",
+                                    NULL,
+                                    option_table,
+                                    OPT_COUNT,
+                                    0};
+
 int main(int argc, char **argv) {
-    static const char *const names[] = {"--mesh",   "--up",   "--size",  "--height", "--normal",
-                                        "--traced", "--rays", "--baked", NULL};
-    const char *value[8] = {NULL, "z", "512", NULL, NULL, NULL, "256", NULL};
-    long size, rays;
-    for (int i = 1; i < argc; i += 2) {
-        int id = cli_choice(argv[i], names);
-        if (id < 0 || i + 1 >= argc) {
-            error_line(id < 0 ? "%s: unknown option; there are --mesh, --up, --size, --height, --normal, --traced, "
-                                "--rays, --baked"
-                              : "%s: needs a value",
-                       argv[i]);
-            return 2;
-        }
-        value[id] = argv[i + 1];
-    }
-    if (!value[3])
-        return error_line("--height: required"), 2;
-    if (!cli_integer(value[2], 1, IMAGE_MAX_SIZE, &size))
-        return error_line("--size %s: must be 1..%d", value[2], IMAGE_MAX_SIZE), 2;
-    if (!cli_integer(value[6], 1, 65536, &rays))
-        return error_line("--rays %s: must be 1..65536", value[6]), 2;
-    if (strcmp(value[1], "y") != 0 && strcmp(value[1], "z") != 0)
-        return error_line("--up %s: must be y or z", value[1]), 2;
+    options settings;
+    memset(&settings, 0, sizeof settings);
+    settings.size = 512;
+    settings.rays = 256;
+    int status = cli_parse(&program, argc, argv, &settings, settings.given);
+    if (status != CLI_GO)
+        return status;
+    if (!settings.height)
+        return cli_error("--height: required"), 2;
+    if (settings.baked && !settings.traced)
+        return cli_error("--baked: only with --traced"), 2;
 
     mesh m;
     maps o;
     memset(&m, 0, sizeof m);
     memset(&o, 0, sizeof o);
     o.m = &m;
-    o.rays = (int)rays;
-    int ok = value[0] ? read_mesh(value[0], value[1][0] == 'y', &m) : make_mesh(&m);
+    o.rays = settings.rays;
+    int ok = settings.mesh ? read_mesh(settings.mesh, settings.up, &m) : make_mesh(&m);
     if (ok) {
-        bounds_of(&m, (int)size, &o);
+        bounds_of(&m, settings.size, &o);
         size_t pixels = (size_t)o.width * (size_t)o.height;
         o.heights = malloc(pixels * sizeof *o.heights);
         o.normals = calloc(3 * pixels, sizeof *o.normals);
         o.traced = malloc(pixels * sizeof *o.traced);
-        ok = o.heights && o.normals && o.traced ? 1 : error_line("not enough memory");
+        ok = o.heights && o.normals && o.traced ? 1 : cli_error("not enough memory");
     }
     if (ok)
         rasterise(&o);
-    if (ok && value[5]) {
+    if (ok && settings.traced) {
         pool *workers = pool_create(cli_processors());
-        ok = workers ? make_grid(&o) : error_line("not enough memory");
+        ok = workers ? make_grid(&o) : cli_error("not enough memory");
         if (ok)
             pool_run(workers, o.height, 0, trace_rows, NULL, &o);
         pool_destroy(workers);
     }
-    ok = ok && write_map(value[3], &o, 1, o.heights) && (!value[4] || write_map(value[4], &o, 3, o.normals)) &&
-         (!value[5] || write_map(value[5], &o, 1, o.traced));
-    if (ok && value[7])
-        ok = value[5] ? compare(value[7], &o, !value[0]) : error_line("--baked: only with --traced");
+    ok = ok && write_map(settings.height, &o, 1, o.heights) &&
+         (!settings.normal || write_map(settings.normal, &o, 3, o.normals)) &&
+         (!settings.traced || write_map(settings.traced, &o, 1, o.traced));
+    if (ok && settings.baked)
+        ok = compare(settings.baked, &o, !settings.mesh);
     else if (ok)
-        printf("%d x %d pixels of %.9g; %s", o.width, o.height, (double)o.pixel, value[4] ? "bake with:\n" : "\n");
-    if (ok && !value[7] && value[4])
-        printf("build/bake --height %s --normal %s --pixel-size %.9g --no-data nan -o FILE\n", value[3], value[4],
-               (double)o.pixel);
+        printf("%d x %d pixels of %.9g; %s", o.width, o.height, (double)o.pixel,
+               settings.normal ? "bake with:\n" : "\n");
+    if (ok && !settings.baked && settings.normal)
+        printf("build/bake --height %s --normal %s --pixel-size %.9g --no-data nan -o FILE\n", settings.height,
+               settings.normal, (double)o.pixel);
     free(m.positions);
     free(m.normals);
     free(m.corners);

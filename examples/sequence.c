@@ -1,7 +1,7 @@
 /* sequence - a camera path through the built-in scene, frame by frame through gtao.h's pipeline: how far one noisy
  * frame, the spatial filter and the temporal one are from 96 directions at every pixel.
  *
- *     build/sequence [--size WxH] [--threads N] [DIRECTORY]      (480x270, all processors, build/demo-sequence)
+ *     build/sequence [options] [DIRECTORY]        `build/sequence --help` lists them
  *
  * writes DIRECTORY/error.txt (a line a frame: its number; for each variant the root mean square and the mean of the
  * error, and its flicker, the root mean square of the error's change since the frame before where visibility is smooth),
@@ -183,7 +183,7 @@ static int save(const char *directory, const char *name, const image *picture) {
     int ok = image_write(path, picture, NULL, IMAGE_RANGE_UNIT, &pending, &error) && image_commit(&pending, &error);
     image_discard(&pending);
     if (!ok)
-        fprintf(stderr, "sequence: %s\n", error.text);
+        cli_error("%s", error.text);
     return ok;
 }
 
@@ -286,7 +286,7 @@ static int run_frame(sequence *s, int frame) {
     }
     ok = ok && compute_reference(&desc.desc, &s->reference, s->workers, &error);
     if (!ok) {
-        fprintf(stderr, "sequence: %s\n", error);
+        cli_error("%s", error);
         return 0;
     }
     for (int k = 0; k < VARIANTS; ++k) {
@@ -336,18 +336,19 @@ static int run_all(sequence *s) {
     char path[4096];
     image_error error;
     image_pending pending = {NULL, NULL};
+    cli_progress progress = {"frames", 0.0, 0.0, 0};
     for (int frame = 0; frame < FRAMES; ++frame) {
         if (!run_frame(s, frame))
             return 0;
-        if (frame % 24 == 23)
-            fprintf(stderr, "sequence: %d of %d frames\n", frame + 1, FRAMES);
+        cli_progress_show(&progress, (frame + 1.0) / FRAMES);
     }
+    cli_progress_end();
     print_summary(s);
     snprintf(path, sizeof path, "%s/error.txt", s->directory);
     int ok = image_write_text(path, s->text, &pending, &error) && image_commit(&pending, &error);
     image_discard(&pending);
     if (!ok)
-        fprintf(stderr, "sequence: %s\n", error.text);
+        cli_error("%s", error.text);
     return ok && save(s->directory, "strip.png", &s->strip);
 }
 
@@ -400,48 +401,49 @@ static void destroy(sequence *s) {
     mesh_free(&s->mesh);
 }
 
-static int parse(int argc, char **argv, sequence *s) {
-    s->width = 480, s->height = 270;
-    s->threads = cli_processors();
-    s->directory = "build/demo-sequence";
-    for (int i = 1; i < argc; ++i) {
-        const char *name = argv[i], *value = i + 1 < argc ? argv[i + 1] : "";
-        long n;
-        if (strcmp(name, "--size") == 0) {
-            if (!cli_size(value, 64, 4096, &s->width, &s->height)) {
-                fprintf(stderr, "sequence: --size %s: must be WIDTHxHEIGHT, 64..4096 each\n", value);
-                return 0;
-            }
-            ++i;
-        } else if (strcmp(name, "--threads") == 0) {
-            if (!cli_integer(value, 1, 1024, &n)) {
-                fprintf(stderr, "sequence: --threads %s: must be an integer, 1..1024\n", value);
-                return 0;
-            }
-            s->threads = (int)n;
-            ++i;
-        } else if (name[0] == '-') {
-            fprintf(stderr, "sequence: %s: no such option\n", name);
-            return 0;
-        } else {
-            s->directory = name;
-        }
-    }
-    return 1;
-}
+enum { OPT_SIZE, OPT_THREADS, OPT_DIRECTORY, OPT_COUNT };
+
+typedef struct options {
+    int size[2], threads;
+    const char *directory;
+    unsigned char given[OPT_COUNT];
+} options;
+
+static const cli_option option_table[OPT_COUNT] = {
+    [OPT_SIZE] = {"--size", "WIDTHxHEIGHT", "(480x270)", CLI_SIZE(options, size, 64, 4096, NULL)},
+    [OPT_THREADS] = {"--threads", "N", "(all processors)", CLI_THREADS(options, threads)},
+    [OPT_DIRECTORY] = {"DIRECTORY", "", "where the files go (build/demo-sequence)", CLI_TEXT(options, directory),
+                       .expected = "a directory"},
+};
+
+static const cli_program program = {"sequence",
+                                    "a moving camera and a moving thing, denoised: errors and pictures",
+                                    "[options] [DIRECTORY]",
+                                    NULL,
+                                    option_table,
+                                    OPT_COUNT,
+                                    0};
 
 int main(int argc, char **argv) {
     static sequence s;
-    if (!parse(argc, argv, &s))
-        return 2;
+    options o;
+    memset(&o, 0, sizeof o);
+    o.size[0] = 480, o.size[1] = 270;
+    o.threads = cli_processors();
+    int status = cli_parse(&program, argc, argv, &o, o.given);
+    if (status != CLI_GO)
+        return status;
+    s.width = o.size[0], s.height = o.size[1];
+    s.threads = o.threads;
+    s.directory = o.directory ? o.directory : "build/demo-sequence";
     if (mkdir(s.directory, 0777) != 0 && errno != EEXIST) {
-        fprintf(stderr, "sequence: %s: %s\n", s.directory, strerror(errno));
+        cli_error("%s: %s", s.directory, strerror(errno));
         return 2;
     }
     canvas_load_fonts();
     int ok = create(&s);
     if (!ok)
-        fprintf(stderr, "sequence: out of memory\n");
+        cli_error("out of memory");
     ok = ok && run_all(&s);
     destroy(&s);
     canvas_free_fonts();

@@ -9,7 +9,6 @@
 #include "render.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -27,23 +26,27 @@
 
 /* ---- options ------------------------------------------------------------------------------------------------------ */
 
+enum {
+    OPT_OBJ,
+    OPT_SIZE,
+    OPT_RADIUS,
+    OPT_VIEW,
+    OPT_WITHOUT,
+    OPT_THREADS,
+    OPT_FRAMES,
+    OPT_SCREENSHOT,
+    OPT_WINDOW,
+    OPT_BENCHMARK,
+    OPT_COUNT
+};
+
 typedef struct options {
     const char *obj, *screenshot;
-    int width, height, frames, threads, window, benchmark;
+    int size[2], show, frames, threads, window, benchmark;
     float radius; /* 0: from the size of the scene */
-    render_show show;
     render_settings settings;
+    unsigned char given[OPT_COUNT];
 } options;
-
-static int error_line(const char *format, ...) {
-    va_list args;
-    va_start(args, format);
-    fputs("viewer: ", stderr);
-    vfprintf(stderr, format, args);
-    fputc('\n', stderr);
-    va_end(args);
-    return 0;
-}
 
 static const char *const stage_names[] = {"occlusion", "half", "spatial", "temporal", "bounce", "bent", NULL};
 
@@ -53,112 +56,49 @@ static int *stage_switch(render_settings *s, int stage) { /* in the order of the
     return switches[stage];
 }
 
-static void print_help(void) {
-    puts("viewer - a scene under an ambient dome, with the visibility and bent normals of gtao.h\n\n"
-         "usage: viewer [OBJ] [options]\n\n"
-         "  --size WxH             (1280x720)\n"
-         "  --radius R             reach of occluders in the units of the scene\n"
-         "  --view NAME            shaded, visibility, bent, depth, normals, albedo, motion\n"
-         "  --without STAGE,...    occlusion, half, spatial, temporal, bounce, bent\n"
-         "  --threads N            (all processors)\n"
-         "  --frames N             stop after N frames (--screenshot, --benchmark: 30)\n"
-         "  --screenshot FILE      the last frame, .png; no window unless --window is given\n"
-         "  --benchmark            milliseconds of each stage, with occlusion and without; no window\n\n"
-         "drag: turn     right drag: move     wheel: nearer, farther     r: reset     space: stop what moves\n"
-         "1 occlusion  2 half resolution  3 spatial filter  4 temporal filter  5 interreflection  6 bent normals\n"
-         "s shaded  v visibility  b bent normals  d depth  n normals  a albedo  m motion  (tab: the next)\n"
-         "+ - radius     t threads     h panel     p picture into viewer.png     escape: leave");
-}
-
 /* Names separated by commas, each a stage to switch off. */
-static int parse_without(const char *text, render_settings *settings) {
-    char name[32];
-    while (*text) {
-        size_t n = strcspn(text, ",");
-        int stage = -1;
-        if (n < sizeof name) {
-            memcpy(name, text, n);
-            name[n] = 0;
-            stage = cli_choice(name, stage_names);
-        }
+static int set_without(void *settings, const cli_option *option, const char *value) {
+    options *o = settings;
+    do {
+        int stage = cli_next_choice(&value, stage_names);
         if (stage < 0)
-            return error_line("--without %.*s: must be occlusion, half, spatial, temporal, bounce or bent", (int)n,
-                              text);
-        *stage_switch(settings, stage) = 1;
-        text += n + (text[n] == ',');
-    }
+            return cli_bad_value(option, value, "occlusion, half, spatial, temporal, bounce or bent");
+        *stage_switch(&o->settings, stage) = 1;
+    } while (*value);
     return 1;
 }
 
-static int parse_options(int argc, char **argv, options *o) {
-    static const char *const names[] = {"--size",   "--radius",     "--view",   "--without",   "--threads",
-                                        "--frames", "--screenshot", "--window", "--benchmark", NULL};
-    memset(o, 0, sizeof *o);
-    o->width = 1280;
-    o->height = 720;
-    o->threads = cli_processors();
-    for (int i = 1; i < argc; ++i) {
-        const char *name = argv[i], *value = i + 1 < argc ? argv[i + 1] : NULL;
-        int id = cli_choice(name, names), shown;
-        long n;
-        double number;
-        if (id < 0 && name[0] != '-' && !o->obj) {
-            o->obj = name;
-            continue;
-        }
-        if (id < 0)
-            return error_line("%s: no such option, see --help", name);
-        if (id < 7) {
-            if (!value)
-                return error_line("%s: needs a value", name);
-            ++i;
-        }
-        switch (id) {
-        case 0:
-            if (!cli_size(value, 16, 8192, &o->width, &o->height))
-                return error_line("--size %s: must be WIDTHxHEIGHT, 16..8192 each", value);
-            break;
-        case 1:
-            if (!cli_number(value, &number) || !(number > 0.0 && number < 1e9))
-                return error_line("--radius %s: must be a positive number", value);
-            o->radius = (float)number;
-            break;
-        case 2:
-            shown = cli_choice(value, render_show_names);
-            if (shown < 0)
-                return error_line("--view %s: must be shaded, visibility, bent, depth, normals, albedo or motion",
-                                  value);
-            o->show = (render_show)shown;
-            break;
-        case 3:
-            if (!parse_without(value, &o->settings))
-                return 0;
-            break;
-        case 4:
-            if (!cli_integer(value, 1, 1024, &n))
-                return error_line("--threads %s: must be an integer, 1..1024", value);
-            o->threads = (int)n;
-            break;
-        case 5:
-            if (!cli_integer(value, 1, 1000000, &n))
-                return error_line("--frames %s: must be an integer, 1..1000000", value);
-            o->frames = (int)n;
-            break;
-        case 6:
-            o->screenshot = value;
-            break;
-        case 7:
-            o->window = 1;
-            break;
-        default:
-            o->benchmark = 1;
-            break;
-        }
-    }
-    if (o->screenshot && image_format_of(o->screenshot) != IMAGE_PNG)
-        return error_line("--screenshot %s: must end with .png", o->screenshot);
-    return 1;
-}
+static const cli_option option_table[OPT_COUNT] = {
+    [OPT_OBJ] = {"FILE.obj", "", "without: a scene of its own", CLI_INPUT(options, obj), .expected = "a scene"},
+    [OPT_SIZE] = {"--size", "WIDTHxHEIGHT", "(1280x720)", CLI_SIZE(options, size, 16, 8192, NULL)},
+    [OPT_RADIUS] = {"--radius", "R", "reach of occluders in the units of the scene",
+                    CLI_FLOAT(options, radius, CLI_ABOVE_0, 1e9, "a positive number")},
+    [OPT_VIEW] = {"--view", "NAME", "shaded, visibility, bent, depth, normals, albedo, motion",
+                  CLI_CHOICE(options, show, render_show_names),
+                  .expected = "shaded, visibility, bent, depth, normals, albedo or motion"},
+    [OPT_WITHOUT] = {"--without", "STAGE,...", "occlusion, half, spatial, temporal, bounce, bent",
+                     CLI_OWN(set_without)},
+    [OPT_THREADS] = {"--threads", "N", "(all processors)", CLI_THREADS(options, threads)},
+    [OPT_FRAMES] = {"--frames", "N", "stop after N frames (--screenshot, --benchmark: 30)",
+                    CLI_INTEGER(options, frames, 1, 1000000, NULL)},
+    [OPT_SCREENSHOT] = {"--screenshot", "FILE", "the last frame, .png; no window unless --window is given",
+                        CLI_OUTPUT(options, screenshot, ".png")},
+    [OPT_WINDOW] = {"--window", NULL, "a window too", CLI_FLAG(options, window)},
+    [OPT_BENCHMARK] = {"--benchmark", NULL, "milliseconds of each stage, with occlusion and without; no window",
+                       CLI_FLAG(options, benchmark)},
+};
+
+static const cli_program program = {
+    "viewer",
+    "a scene under an ambient dome, with the visibility and bent normals of gtao.h",
+    "[FILE.obj] [options]",
+    "drag: turn     right drag: move     wheel: nearer, farther     r: reset     space: stop what moves\n"
+    "1 occlusion  2 half resolution  3 spatial filter  4 temporal filter  5 interreflection  6 bent normals\n"
+    "s shaded  v visibility  b bent normals  d depth  n normals  a albedo  m motion  (tab: the next)\n"
+    "+ - radius     t threads     h panel     p picture into viewer.png     escape: leave",
+    option_table,
+    OPT_COUNT,
+    0};
 
 /* ---- the scene and its camera ------------------------------------------------------------------------------------- */
 
@@ -205,7 +145,7 @@ static int open_scene(app *a) {
         a->settings.radius = 1.25f;
     } else {
         if (!mesh_read_obj(a->options->obj, &a->mesh, error, sizeof error))
-            return error_line("%s", error);
+            return cli_error("%s", error);
         mesh_smooth(&a->mesh, 40);
     }
     reset_camera(a);
@@ -213,10 +153,10 @@ static int open_scene(app *a) {
         a->settings.radius = (float)(0.12 * a->size);
     if (a->options->radius > 0.0f)
         a->settings.radius = a->options->radius;
-    a->view = raster_view_of(a->options->width, a->options->height, 50, 0.002 * a->size);
+    a->view = raster_view_of(a->options->size[0], a->options->size[1], 50, 0.002 * a->size);
     a->workers = pool_create(a->options->threads);
-    if (!a->workers || !render_create(&a->renderer, &a->mesh, a->options->width, a->options->height))
-        return error_line("out of memory");
+    if (!a->workers || !render_create(&a->renderer, &a->mesh, a->options->size[0], a->options->size[1]))
+        return cli_error("out of memory");
     return 1;
 }
 
@@ -239,8 +179,7 @@ static int next_frame(app *a, double step_seconds) {
         raster_view_advance(&a->view);
     a->settings.cut = a->frame == 0;
     ++a->frame;
-    return render_frame(&a->renderer, &a->view, &a->settings, a->show, a->workers, &error) ? 1
-                                                                                           : error_line("%s", error);
+    return render_frame(&a->renderer, &a->view, &a->settings, a->show, a->workers, &error) ? 1 : cli_error("%s", error);
 }
 
 /* ---- files -------------------------------------------------------------------------------------------------------- */
@@ -250,14 +189,14 @@ static int save_picture(const char *path, const uint32_t *pixels, int width, int
     image_error error;
     image_pending pending = {NULL, NULL};
     if (!image_create(&picture, width, height, 3, &error))
-        return error_line("%s", error.text);
+        return cli_error("%s", error.text);
     for (size_t i = 0; i < (size_t)width * (size_t)height; ++i)
         for (int k = 0; k < 3; ++k)
             picture.data[3 * i + (size_t)k] = (float)(pixels[i] >> (16 - 8 * k) & 255u) / 255.0f;
     int ok = image_write(path, &picture, NULL, IMAGE_RANGE_UNIT, &pending, &error) && image_commit(&pending, &error);
     image_discard(&pending);
     image_free(&picture);
-    return ok ? 1 : error_line("--screenshot %s", error.text);
+    return ok ? 1 : cli_error("--screenshot %s", error.text);
 }
 
 static int take_screenshot(app *a) {
@@ -468,7 +407,7 @@ static int open_window(const app *a, window *w) {
     memset(w, 0, sizeof *w);
     SDL_SetMainReady();
     if (SDL_Init(SDL_INIT_VIDEO) != 0)
-        return error_line("no window: %s (--screenshot needs none)", SDL_GetError());
+        return cli_error("no window: %s (--screenshot needs none)", SDL_GetError());
     w->handle = SDL_CreateWindow("gtao.h", SDL_WINDOWPOS_UNDEFINED, SDL_WINDOWPOS_UNDEFINED, a->renderer.width,
                                  a->renderer.height, 0);
     w->target = w->handle ? SDL_CreateRenderer(w->handle, -1, 0) : NULL;
@@ -476,8 +415,8 @@ static int open_window(const app *a, window *w) {
                                                a->renderer.width, a->renderer.height)
                            : NULL;
     if (!w->texture)
-        return error_line("no window: %s (--screenshot needs none)", SDL_GetError());
-    return image_create(&w->panel, PANEL_WIDTH, PANEL_HEIGHT, 3, &error) ? 1 : error_line("%s", error.text);
+        return cli_error("no window: %s (--screenshot needs none)", SDL_GetError());
+    return image_create(&w->panel, PANEL_WIDTH, PANEL_HEIGHT, 3, &error) ? 1 : cli_error("%s", error.text);
 }
 
 static void close_window(window *w) {
@@ -498,7 +437,7 @@ static int save_window(const app *a, const window *w) {
     int ok = shown && SDL_RenderReadPixels(w->target, NULL, SDL_PIXELFORMAT_XRGB8888, shown,
                                            a->renderer.width * (int)sizeof *shown) == 0;
     ok = ok ? save_picture(a->options->screenshot, shown, a->renderer.width, a->renderer.height)
-            : error_line("--screenshot: the window cannot be read");
+            : cli_error("--screenshot: the window cannot be read");
     free(shown);
     return ok;
 }
@@ -542,7 +481,7 @@ static int run_window(app *a) {
 
 static int run_window(app *a) {
     (void)a;
-    return error_line("built without SDL2, so without a window: only --screenshot and --benchmark");
+    return cli_error("built without SDL2, so without a window: only --screenshot and --benchmark");
 }
 
 #endif
@@ -550,17 +489,16 @@ static int run_window(app *a) {
 int main(int argc, char **argv) {
     options o;
     app a;
-    for (int i = 1; i < argc; ++i)
-        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
-            print_help();
-            return 0;
-        }
-    if (!parse_options(argc, argv, &o))
-        return 2;
+    memset(&o, 0, sizeof o);
+    o.size[0] = 1280, o.size[1] = 720;
+    o.threads = cli_processors();
+    int status = cli_parse(&program, argc, argv, &o, o.given);
+    if (status != CLI_GO)
+        return status;
     memset(&a, 0, sizeof a);
     a.options = &o;
     a.settings = o.settings;
-    a.show = o.show;
+    a.show = (render_show)o.show;
     int ok = open_scene(&a);
     if (ok)
         ok = o.benchmark ? benchmark(&a) : o.screenshot && !o.window ? take_screenshot(&a) : run_window(&a);

@@ -12,8 +12,8 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
-#include <stdarg.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
@@ -23,43 +23,6 @@
 #define MIB 1048576.0
 
 enum { OUT_VISIBILITY, OUT_BENT, OUT_HORIZONS, OUT_COUNT };
-
-typedef struct settings {
-    terrain_source source;
-    const char *output[OUT_COUNT];
-    const char *stats, *work, *picture;
-    double pixel[2];
-    int pixel_count;
-    float radius, falloff;
-    int border, directions, isa, threads, tile, fresh, bits;
-    double memory;
-    int bent_world, green_down;
-    char world_axis[3]; /* which axis of the world the image's right, up and outward are */
-    float world_sign[3];
-    uint64_t given;
-} settings;
-
-struct baking {
-    const char *program;
-    int quiet;
-    settings o;
-    terrain map;
-    int has_map, created_work, lock, limited; /* limited: tiles of at most 1024 pixels, to share them out */
-    char work[4096];
-    int tile_width, tile_height, columns, rows;
-    pool *workers;
-    double started, shown, seconds_reading, seconds_computing, seconds_writing;
-    int first_done, progress_count, progress_done, tiles_found, tiles_computed;
-    long long pixels_computed;
-
-    /* the tile in work */
-    gtao_sweep *sweep;
-    char *work_memory; /* of each thread */
-    size_t work_bytes;
-    int phase;
-};
-
-/* ---- options ----------------------------------------------------------------------------------------------------- */
 
 enum {
     OPT_HEIGHT,
@@ -91,404 +54,194 @@ enum {
     OPT_THREADS,
     OPT_ISA,
     OPT_STATS,
-    OPT_HELP,
     OPT_COUNT
 };
 
-typedef struct option_info {
-    const char *name, *value, *help; /* value null: a flag */
-} option_info;
+typedef struct settings {
+    terrain_source source;
+    const char *output[OUT_COUNT];
+    const char *stats, *work, *picture;
+    int raw_size[2];
+    float pixel_size[2]; /* as given: 0 where not */
+    double pixel[2];
+    float radius, falloff;
+    int border, wrap, directions, isa, threads, tile, fresh, sixteen;
+    double memory;
+    int bent_world, green_down;
+    cli_axes world; /* which axis of the world the image's right, up and outward are */
+    unsigned char given[OPT_COUNT];
+} settings;
 
-static const option_info option_table[OPT_COUNT] = {
-    {"--height", "FILE[:CHANNEL]", "heights: .exr, .pfm, .png, .tif, .raw or .f32 (floats)"},
-    {"--raw-size", "W,H", "size of a raw file"},
-    {"--pixel-size", "SX[,SY]", "world units per pixel (a GeoTIFF states its own)"},
-    {"--height-scale", "S", "world units per unit of height (1)"},
-    {"--integers", "unit|stored", "integer heights: full scale is 1 (PNG), or as stored (TIFF)"},
-    {"--no-data", "VALUE", "cells of this value are holes; nan and inf too (a GeoTIFF states its own)"},
-    {"--normal", "FILE[:LAYER]", "normal map in tangent space; without: from the heights"},
-    {"--normal-green", "opengl|directx", "its green is up (opengl) or down the image"},
-    {"--wrap", NULL, "the map repeats: --border wrap"},
-    {"--border", "open|clamp|wrap", "beyond the map is nothing (open), its edge, or the map again"},
-    {"--directions", "N", "1..64 directions, each to both sides (32)"},
-    {"--radius", "R", "reach of occluders, world units (inf: the whole map)"},
-    {"--falloff", "F", "part of the radius over which occlusion fades out, 0..1 (0)"},
-    {"-o", "FILE", "visibility, 1 = open; .exr, .pfm, .png, .tif, .raw or .f32"},
-    {"--bent", "FILE", "bent normals"},
-    {"--bent-space", "tangent|world", "(tangent: x right, z out of the map)"},
-    {"--green", "opengl|directx", "green of the tangent space is up (opengl) or down the image"},
-    {"--world-axes", "+x+y+z", "world: the axes that right, up and out of the map are; +x-z+y: y is up"},
-    {"--horizons", "FILE", "sine of the horizon's elevation, a channel for each side of each direction"},
-    {"--picture", "FILE.png", "a look at it: heights, visibility, bent normals, and lit by sun and sky"},
-    {"--bits", "8|16", "of PNG files (8)"},
-    {"--memory", "SIZE", "to use at most, such as 512M or 2G (1G); decides the size of the tiles"},
-    {"--tile", "N", "pixels a side of a tile instead"},
-    {"--overlap", "N", "pixels around a tile at full resolution, 128, 256, 512 ... (256)"},
-    {"--work", "DIR", "for what is unfinished (the first output's name and .work)"},
-    {"--fresh", NULL, "do not go on with what an earlier run left there"},
-    {"--threads", "N", "(all processors) the results are the same bits"},
-    {"--isa", "auto|scalar|sse2|avx2|avx512|neon", "(auto) the results are the same bits"},
-    {"--stats", "FILE", "write times and bounds as JSON"},
-    {"--help", NULL, ""},
+struct baking {
+    settings o;
+    terrain map;
+    int has_map, created_work, lock, limited; /* limited: tiles of at most 1024 pixels, to share them out */
+    char work[4096];
+    int tile_width, tile_height, columns, rows;
+    pool *workers;
+    double started, seconds_reading, seconds_computing, seconds_writing;
+    cli_progress reading, tiles; /* bars */
+    char tiles_what[48];
+    int progress_count, progress_done, tiles_found, tiles_computed;
+    long long pixels_computed;
+
+    /* the tile in work */
+    gtao_sweep *sweep;
+    char *work_memory; /* of each thread */
+    size_t work_bytes;
+    int phase;
 };
+
+/* ---- options ----------------------------------------------------------------------------------------------------- */
+
+static int set_no_data(void *to, const cli_option *option, const char *value) {
+    settings *o = to;
+    o->source.has_no_data = 1;
+    if (strcmp(value, "nan") == 0 || strcmp(value, "NaN") == 0) {
+        o->source.no_data = (double)NAN;
+        return 1;
+    }
+    return cli_number(value, &o->source.no_data) ? 1 : cli_bad_value(option, value, "a number, or nan");
+}
+
+static int set_overlap(void *to, const cli_option *option, const char *value) {
+    settings *o = to;
+    long n;
+    if (!cli_integer(value, 2 * TERRAIN_RINGS, 4096, &n) || (n & (n - 1)) != 0)
+        return cli_bad_value(option, value, "128, 256, 512, 1024, 2048 or 4096");
+    o->source.overlap = (int)n;
+    return 1;
+}
 
 static const char *const integer_kinds[] = {"", "stored", "unit", NULL};
 static const char *const greens[] = {"opengl", "directx", NULL};
 static const char *const spaces[] = {"tangent", "world", NULL};
 static const char *const borders[] = {"open", "clamp", "wrap", NULL};
-static const char *const isas[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon", NULL};
+static const char *const bit_counts[] = {"8", "16", NULL};
 static const int output_option[OUT_COUNT] = {OPT_OUTPUT, OPT_BENT, OPT_HORIZONS};
 
-static int error_line(const baking *b, const char *format, ...) {
-    va_list args;
-    if (b->quiet)
-        return 0;
-    va_start(args, format);
-    if (b->shown > 0.0)
-        fputs("\r\033[K", stderr);
-    fprintf(stderr, "%s: ", b->program);
-    vfprintf(stderr, format, args);
-    fputc('\n', stderr);
-    va_end(args);
-    return 0;
-}
-
-static int bad_value(const baking *b, int id, const char *value, const char *expected) {
-    return error_line(b, "%s %s: must be %s", option_table[id].name, value, expected);
-}
-
-static int given(const baking *b, int id) {
-    return (int)(b->o.given >> id & 1);
-}
-
-static void print_help(const char *program) {
-    printf("%s - ambient visibility, bent normals and horizons of a height map of any size\n\n"
-           "usage: %s --height FILE --pixel-size S [options] -o FILE\n\n",
-           program, program);
-    for (int i = 0; i < OPT_COUNT; ++i) {
-        char left[64];
-        const option_info *info = option_table + i;
-        snprintf(left, sizeof left, "%s %s", info->name, info->value ? info->value : "");
-        if (strlen(left) > 30)
-            printf("  %s\n  %-30s %s\n", left, "", info->help);
-        else
-            printf("  %-30s %s\n", left, info->help);
-    }
-    puts("\nA run that was killed goes on where it stopped when the same command is given again.");
-}
-
-static int set_choice(const baking *b, int id, const char *value, const char *const *names, int *choice) {
-    *choice = value[0] ? cli_choice(value, names) : -1;
-    return *choice >= 0 ? 1 : bad_value(b, id, value, option_table[id].value);
-}
-
-static int set_number(const baking *b, int id, const char *value, double lowest, double highest, const char *expected,
-                      double *number) {
-    return cli_number(value, number) && *number >= lowest && *number <= highest ? 1 : bad_value(b, id, value, expected);
-}
-
-static int set_integer(const baking *b, int id, const char *value, long lowest, long highest, const char *expected,
-                       int *number) {
-    long v;
-    if (!cli_integer(value, lowest, highest, &v))
-        return bad_value(b, id, value, expected);
-    *number = (int)v;
-    return 1;
-}
-
-/* 512M, 2G, 1.5g; bytes without a letter. */
-static int set_memory(baking *b, const char *value) {
-    char text[64];
-    size_t n = strlen(value);
-    double factor = 1.0;
-    if (n >= sizeof text)
-        return bad_value(b, OPT_MEMORY, value, "a size such as 512M or 2G");
-    memcpy(text, value, n + 1);
-    const char *letters = "kKmMgGtT", *at = n > 1 ? strchr(letters, text[n - 1]) : NULL;
-    if (at) {
-        text[n - 1] = 0;
-        for (long k = (at - letters) / 2; k >= 0; --k)
-            factor *= 1024.0;
-    }
-    if (!cli_number(text, &b->o.memory) || !(b->o.memory > 0.0) || isinf(b->o.memory))
-        return bad_value(b, OPT_MEMORY, value, "a size such as 512M or 2G");
-    b->o.memory *= factor;
-    return 1;
-}
-
-/* "+x-z+y": three signed axes, each once. */
-static int set_axes(baking *b, const char *value) {
-    const char *c = value;
-    int seen = 0;
-    for (int i = 0; i < 3; ++i, c += 2) {
-        if ((c[0] != '+' && c[0] != '-') || c[1] < 'x' || c[1] > 'z')
-            return bad_value(b, OPT_WORLD_AXES, value, "three signed axes, each once, such as +x-z+y");
-        b->o.world_sign[i] = c[0] == '-' ? -1.0f : 1.0f;
-        b->o.world_axis[i] = (char)(c[1] - 'x');
-        seen |= 1 << b->o.world_axis[i];
-    }
-    return *c == 0 && seen == 7 ? 1
-                                : bad_value(b, OPT_WORLD_AXES, value, "three signed axes, each once, such as +x-z+y");
-}
-
-static int set_numbers(const baking *b, int id, const char *value, int highest, const char *expected, double *numbers,
-                       int *count) {
-    float v[2];
-    *count = cli_numbers(value, 1, highest, v);
-    for (int i = 0; i < *count; ++i) {
-        if (!isfinite(v[i]) || !(v[i] > 0.0f))
-            *count = 0;
-        numbers[i] = (double)v[i];
-    }
-    return *count > 0 ? 1 : bad_value(b, id, value, expected);
-}
-
-static int set_option(baking *b, int id, const char *value) {
-    settings *o = &b->o;
-    double number, size[2];
-    int count;
-    switch (id) {
-    case OPT_HEIGHT:
-        o->source.heights = value;
-        return 1;
-    case OPT_RAW_SIZE:
-        if (!set_numbers(b, id, value, 2, "two sizes in pixels, W,H", size, &count))
-            return 0;
-        if (count != 2 || size[0] > RASTER_MAX_SIZE || size[1] > RASTER_MAX_SIZE || size[0] != floor(size[0]) ||
-            size[1] != floor(size[1]))
-            return bad_value(b, id, value, "two sizes in pixels, W,H");
-        o->source.raw_width = (int)size[0];
-        o->source.raw_height = (int)size[1];
-        return 1;
-    case OPT_PIXEL_SIZE:
-        return set_numbers(b, id, value, 2, "one or two positive numbers", o->pixel, &o->pixel_count);
-    case OPT_HEIGHT_SCALE:
-        if (!cli_number(value, &o->source.height_scale) || !isfinite(o->source.height_scale) ||
-            !(fabs(o->source.height_scale) > 0.0))
-            return bad_value(b, id, value, "a finite number, not 0");
-        return 1;
-    case OPT_INTEGERS:
-        return set_choice(b, id, value, integer_kinds, &o->source.integers);
-    case OPT_NO_DATA:
-        o->source.has_no_data = 1;
-        if (strcmp(value, "nan") == 0 || strcmp(value, "NaN") == 0) {
-            o->source.no_data = (double)NAN;
-            return 1;
-        }
-        return cli_number(value, &o->source.no_data) ? 1 : bad_value(b, id, value, "a number, or nan");
-    case OPT_NORMAL:
-        o->source.normals = value;
-        return 1;
-    case OPT_NORMAL_GREEN:
-        return set_choice(b, id, value, greens, &o->source.green_down);
-    case OPT_WRAP:
-        o->border = GTAO_BORDER_WRAP;
-        return 1;
-    case OPT_BORDER:
-        return set_choice(b, id, value, borders, &o->border);
-    case OPT_DIRECTIONS:
-        return set_integer(b, id, value, 1, 64, "an integer, 1..64", &o->directions);
-    case OPT_RADIUS:
-        if (!cli_number(value, &number) || !(number > 0.0))
-            return bad_value(b, id, value, "a positive number, or inf");
-        o->radius = (float)number;
-        return 1;
-    case OPT_FALLOFF:
-        if (!set_number(b, id, value, 0.0, 1.0, "0..1", &number))
-            return 0;
-        o->falloff = (float)number;
-        return 1;
-    case OPT_OUTPUT:
-        o->output[OUT_VISIBILITY] = value;
-        return 1;
-    case OPT_BENT:
-        o->output[OUT_BENT] = value;
-        return 1;
-    case OPT_BENT_SPACE:
-        return set_choice(b, id, value, spaces, &o->bent_world);
-    case OPT_GREEN:
-        return set_choice(b, id, value, greens, &o->green_down);
-    case OPT_WORLD_AXES:
-        return set_axes(b, value);
-    case OPT_HORIZONS:
-        o->output[OUT_HORIZONS] = value;
-        return 1;
-    case OPT_PICTURE:
-        o->picture = value;
-        return 1;
-    case OPT_BITS:
-        if (!set_integer(b, id, value, 8, 16, "8 or 16", &o->bits))
-            return 0;
-        return o->bits == 8 || o->bits == 16 ? 1 : bad_value(b, id, value, "8 or 16");
-    case OPT_MEMORY:
-        return set_memory(b, value);
-    case OPT_TILE:
-        return set_integer(b, id, value, 16, 16384, "an integer, 16..16384", &o->tile);
-    case OPT_OVERLAP:
-        if (!set_integer(b, id, value, 2 * TERRAIN_RINGS, 4096, "128, 256, 512, 1024, 2048 or 4096",
-                         &o->source.overlap))
-            return 0;
-        return (o->source.overlap & (o->source.overlap - 1)) == 0
-                   ? 1
-                   : bad_value(b, id, value, "128, 256, 512, 1024, 2048 or 4096");
-    case OPT_WORK:
-        o->work = value;
-        return 1;
-    case OPT_FRESH:
-        o->fresh = 1;
-        return 1;
-    case OPT_THREADS:
-        return set_integer(b, id, value, 1, 1024, "an integer, 1..1024", &o->threads);
-    case OPT_ISA:
-        if (!set_choice(b, id, value, isas, &o->isa))
-            return 0;
-        return o->isa == GTAO_ISA_AUTO || gtao_isa_available((gtao_isa)o->isa)
-                   ? 1
-                   : error_line(b, "--isa %s: not compiled in, or not supported by this machine", value);
-    case OPT_STATS:
-        o->stats = value;
-        return 1;
-    default:
-        return 1;
-    }
-}
-
-static int parse_options(baking *b, int argc, char **argv) {
-    for (int i = 1; i < argc; ++i) {
-        const char *name = argv[i], *value = NULL;
-        const char *equals = strncmp(name, "--", 2) == 0 ? strchr(name, '=') : NULL;
-        size_t length = equals ? (size_t)(equals - name) : strlen(name);
-        int id = 0;
-        while (id < OPT_COUNT &&
-               (strlen(option_table[id].name) != length || memcmp(option_table[id].name, name, length) != 0))
-            ++id;
-        if (id == OPT_COUNT)
-            return error_line(b, "%s: unknown option, see --help", name);
-        if (option_table[id].value) {
-            value = equals ? equals + 1 : i + 1 < argc ? argv[++i] : NULL;
-            if (!value || !value[0] || (!equals && strncmp(value, "--", 2) == 0))
-                return error_line(b, "%s: needs a value, %s", option_table[id].name, option_table[id].value);
-        } else if (equals) {
-            return error_line(b, "%s: takes no value", option_table[id].name);
-        }
-        b->o.given |= (uint64_t)1 << id;
-        if (!set_option(b, id, value))
-            return 0;
-    }
-    return 1;
-}
-
-static int same_file(const char *x, const char *y) {
-    struct stat a, b;
-    return strcmp(x, y) == 0 || (stat(x, &a) == 0 && stat(y, &b) == 0 && a.st_dev == b.st_dev && a.st_ino == b.st_ino);
-}
-
-static int check_file(const baking *b, const char *name, const char *file) {
-    struct stat info;
-    char directory[4096];
-    const char *slash = strrchr(file, '/');
-    size_t n = slash == file ? 1 : slash ? (size_t)(slash - file) : 0;
-    if (stat(file, &info) == 0 && !S_ISREG(info.st_mode))
-        return error_line(b, "%s %s: not a regular file", name, file);
-    if (n >= sizeof directory)
-        return error_line(b, "%s %s: name too long", name, file);
-    memcpy(directory, file, n);
-    directory[n] = 0;
-    if (access(n ? directory : ".", W_OK | X_OK) != 0)
-        return error_line(b, "%s %s: its directory is %s", name, file,
-                          stat(n ? directory : ".", &info) == 0 ? "not writable" : "missing");
-    return 1;
-}
+static const cli_option option_table[OPT_COUNT] = {
+    [OPT_HEIGHT] = {"--height", "FILE[:CHANNEL]", "heights: .exr, .pfm, .png, .tif, .raw or .f32 (floats)",
+                    CLI_INPUT(settings, source.heights)},
+    [OPT_RAW_SIZE] = {"--raw-size", "W,H", "size of a raw file",
+                      CLI_SIZE(settings, raw_size, 1, RASTER_MAX_SIZE, "two sizes in pixels, W,H")},
+    [OPT_PIXEL_SIZE] = {"--pixel-size", "SX[,SY]", "world units per pixel (a GeoTIFF states its own)",
+                        CLI_FLOATS(settings, pixel_size, 1, 2, CLI_ABOVE_0, CLI_FINITE, "one or two positive numbers")},
+    [OPT_HEIGHT_SCALE] = {"--height-scale", "S", "world units per unit of height (1)",
+                          CLI_DOUBLE(settings, source.height_scale, -CLI_FINITE, CLI_FINITE, "a finite number, not 0"),
+                          .not_0 = 1},
+    [OPT_INTEGERS] = {"--integers", "unit|stored", "integer heights: full scale is 1 (PNG), or as stored (TIFF)",
+                      CLI_CHOICE(settings, source.integers, integer_kinds)},
+    [OPT_NO_DATA] = {"--no-data", "VALUE", "cells of this value are holes; nan and inf too (a GeoTIFF states its own)",
+                     CLI_OWN(set_no_data)},
+    [OPT_NORMAL] = {"--normal", "FILE[:LAYER]", "normal map in tangent space; without: from the heights",
+                    CLI_INPUT(settings, source.normals)},
+    [OPT_NORMAL_GREEN] = {"--normal-green", "opengl|directx", "its green is up (opengl) or down the image",
+                          CLI_CHOICE(settings, source.green_down, greens)},
+    [OPT_WRAP] = {"--wrap", NULL, "the map repeats: --border wrap", CLI_FLAG(settings, wrap)},
+    [OPT_BORDER] = {"--border", "open|clamp|wrap", "beyond the map is nothing (open), its edge, or the map again",
+                    CLI_CHOICE(settings, border, borders)},
+    [OPT_DIRECTIONS] = {"--directions", "N", "1..64 directions, each to both sides (32)",
+                        CLI_INTEGER(settings, directions, 1, 64, NULL)},
+    [OPT_RADIUS] = {"--radius", "R", "reach of occluders, world units (inf: the whole map)",
+                    CLI_FLOAT(settings, radius, CLI_ABOVE_0, HUGE_VAL, "a positive number, or inf")},
+    [OPT_FALLOFF] = {"--falloff", "F", "part of the radius over which occlusion fades out, 0..1 (0)",
+                     CLI_FLOAT(settings, falloff, 0, 1, "0..1")},
+    [OPT_OUTPUT] = {"-o", "FILE", "visibility, 1 = open; .exr, .pfm, .png, .tif, .raw or .f32",
+                    CLI_OUTPUT(settings, output[OUT_VISIBILITY], RASTER_ENDINGS)},
+    [OPT_BENT] = {"--bent", "FILE", "bent normals", CLI_OUTPUT(settings, output[OUT_BENT], RASTER_ENDINGS)},
+    [OPT_BENT_SPACE] = {"--bent-space", "tangent|world", "(tangent: x right, z out of the map)",
+                        CLI_CHOICE(settings, bent_world, spaces)},
+    [OPT_GREEN] = {"--green", "opengl|directx", "green of the tangent space is up (opengl) or down the image",
+                   CLI_CHOICE(settings, green_down, greens)},
+    [OPT_WORLD_AXES] = {"--world-axes", "+x+y+z",
+                        "world: the axes that right, up and out of the map are; +x-z+y: y is up",
+                        CLI_AXES(settings, world, "three signed axes, each once, such as +x-z+y")},
+    [OPT_HORIZONS] = {"--horizons", "FILE",
+                      "sine of the horizon's elevation, a channel for each side of each direction",
+                      CLI_OUTPUT(settings, output[OUT_HORIZONS], RASTER_ENDINGS)},
+    [OPT_PICTURE] = {"--picture", "FILE.png", "a look at it: heights, visibility, bent normals, and lit by sun and sky",
+                     CLI_OUTPUT(settings, picture, ".png")},
+    [OPT_BITS] = {"--bits", "8|16", "of PNG files (8)", CLI_CHOICE(settings, sixteen, bit_counts)},
+    [OPT_MEMORY] = {"--memory", "SIZE", "to use at most, such as 512M or 2G (1G); decides the size of the tiles",
+                    CLI_MEMORY(settings, memory)},
+    [OPT_TILE] = {"--tile", "N", "pixels a side of a tile instead", CLI_INTEGER(settings, tile, 16, 16384, NULL)},
+    [OPT_OVERLAP] = {"--overlap", "N", "pixels around a tile at full resolution, 128, 256, 512 ... (256)",
+                     CLI_OWN(set_overlap)},
+    [OPT_WORK] = {"--work", "DIR", "for what is unfinished (the first output's name and .work)",
+                  CLI_TEXT(settings, work)},
+    [OPT_FRESH] = {"--fresh", NULL, "do not go on with what an earlier run left there", CLI_FLAG(settings, fresh)},
+    [OPT_THREADS] = {"--threads", "N", "(all processors) the results are the same bits",
+                     CLI_THREADS(settings, threads)},
+    [OPT_ISA] = {"--isa", "auto|scalar|sse2|avx2|avx512|neon", "(auto) the results are the same bits",
+                 CLI_ISA(settings, isa)},
+    [OPT_STATS] = {"--stats", "FILE", "write times and bounds as JSON", CLI_OUTPUT(settings, stats, NULL)},
+};
 
 static int check_options(baking *b) {
     settings *o = &b->o;
-    const char *files[OUT_COUNT + 2], *names[OUT_COUNT + 2], *inputs[] = {o->source.heights, o->source.normals};
-    int count = 0;
+    const char *first = NULL;
     if (!o->source.heights)
-        return error_line(b, "--height: required, see --help");
-    for (int k = 0; k < OUT_COUNT; ++k)
-        if (o->output[k]) {
-            raster_format format = raster_format_of(o->output[k]);
-            names[count] = option_table[output_option[k]].name;
-            files[count++] = o->output[k];
-            if (format == RASTER_UNKNOWN)
-                return error_line(b, "%s %s: unknown format, the name must end in .exr, .pfm, .png, .tif, .raw or .f32",
-                                  names[count - 1], o->output[k]);
-            if (k == OUT_HORIZONS && (format == RASTER_PNG || format == RASTER_PFM))
-                return error_line(b, "--horizons %s: %d channels need .exr, .tif or .raw", o->output[k],
-                                  2 * o->directions);
-        }
-    if (!count)
-        return error_line(b, "-o, --bent or --horizons: one of them is required, see --help");
-    const char *first = files[0];
-    if (o->picture) {
-        names[count] = "--picture";
-        files[count++] = o->picture;
-        if (raster_format_of(o->picture) != RASTER_PNG)
-            return error_line(b, "--picture %s: the name must end in .png", o->picture);
-        if (!o->output[OUT_VISIBILITY])
-            return error_line(b, "--picture: only with -o");
+        return cli_error("--height: required, see --help");
+    for (int k = OUT_COUNT - 1; k >= 0; --k)
+        first = o->output[k] ? o->output[k] : first;
+    if (!first)
+        return cli_error("-o, --bent or --horizons: one of them is required, see --help");
+    if (o->output[OUT_HORIZONS]) {
+        raster_format format = raster_format_of(o->output[OUT_HORIZONS]);
+        if (format == RASTER_PNG || format == RASTER_PFM)
+            return cli_error("--horizons %s: %d channels need .exr, .tif or .raw", o->output[OUT_HORIZONS],
+                             2 * o->directions);
     }
-    if (o->stats) {
-        names[count] = "--stats";
-        files[count++] = o->stats;
-    }
-    for (int i = 0; i < count; ++i) {
-        char path[4096];
-        if (!check_file(b, names[i], files[i]))
-            return 0;
-        for (int k = 0; k < i; ++k)
-            if (same_file(files[i], files[k]))
-                return error_line(b, "%s %s: the same file as %s", names[i], files[i], names[k]);
-        for (int k = 0; k < 2; ++k)
-            if (inputs[k] && image_spec_path(inputs[k], path, sizeof path) && same_file(files[i], path))
-                return error_line(b, "%s %s: would overwrite the input", names[i], files[i]);
-    }
-    if (given(b, OPT_WRAP) && given(b, OPT_BORDER) && o->border != GTAO_BORDER_WRAP)
-        return error_line(b, "--wrap: cannot be combined with --border %s", borders[o->border]);
-    if (given(b, OPT_NORMAL_GREEN) && !o->source.normals)
-        return error_line(b, "--normal-green: only with --normal");
+    if (o->picture && !o->output[OUT_VISIBILITY])
+        return cli_error("--picture: only with -o");
+    if (o->wrap && o->given[OPT_BORDER] && o->border != GTAO_BORDER_WRAP)
+        return cli_error("--wrap: cannot be combined with --border %s", borders[o->border]);
+    if (o->given[OPT_NORMAL_GREEN] && !o->source.normals)
+        return cli_error("--normal-green: only with --normal");
     for (int id = OPT_BENT_SPACE; id <= OPT_WORLD_AXES; ++id)
-        if (given(b, id) && !o->output[OUT_BENT])
-            return error_line(b, "%s: only with --bent", option_table[id].name);
-    if (given(b, OPT_GREEN) && o->bent_world)
-        return error_line(b, "--green: only with --bent-space tangent");
-    if (given(b, OPT_WORLD_AXES) && !o->bent_world)
-        return error_line(b, "--world-axes: only with --bent-space world");
+        if (o->given[id] && !o->output[OUT_BENT])
+            return cli_error("%s: only with --bent", option_table[id].name);
+    if (o->given[OPT_GREEN] && o->bent_world)
+        return cli_error("--green: only with --bent-space tangent");
+    if (o->given[OPT_WORLD_AXES] && !o->bent_world)
+        return cli_error("--world-axes: only with --bent-space world");
     if (snprintf(b->work, sizeof b->work, "%s%s", o->work ? o->work : first, o->work ? "" : ".work") >=
         (int)sizeof b->work - 64)
-        return error_line(b, "--work %s: name too long", o->work ? o->work : first);
+        return cli_error("--work %s: name too long", o->work ? o->work : first);
+    o->border = o->wrap ? GTAO_BORDER_WRAP : o->border;
+    o->source.raw_width = o->raw_size[0];
+    o->source.raw_height = o->raw_size[1];
     return 1;
 }
 
-baking *baking_parse(const char *program, int quiet, int argc, char **argv, int *status) {
-    *status = 2;
-    for (int i = 1; i < argc; ++i)
-        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
-            if (!quiet)
-                print_help(program);
-            *status = 0;
-            return NULL;
-        }
+baking *baking_parse(const char *name, int quiet, int argc, char **argv, int *status) {
     baking *b = calloc(1, sizeof *b);
+    *status = 2;
     if (!b) {
-        fprintf(stderr, "%s: not enough memory\n", program);
+        fprintf(stderr, "%s: not enough memory\n", name);
         return NULL;
     }
-    b->program = program;
-    b->quiet = quiet;
+    const cli_program program = {name,
+                                 "ambient visibility, bent normals and horizons of a height map of any size",
+                                 "--height FILE --pixel-size S [options] -o FILE",
+                                 "A run that was killed goes on where it stopped when the same command is given again.",
+                                 option_table,
+                                 OPT_COUNT,
+                                 quiet};
     b->lock = -1;
-    b->limited = strcmp(program, "bake-mpi") == 0;
+    b->limited = strcmp(name, "bake-mpi") == 0;
     b->o.source.height_scale = 1.0;
     b->o.source.overlap = 256;
     b->o.radius = HUGE_VALF;
     b->o.directions = 32;
     b->o.memory = 1024.0 * MIB;
-    b->o.bits = 8;
     b->o.threads = b->limited ? 1 : cli_processors();
-    set_axes(b, "+x+y+z");
-    if (parse_options(b, argc, argv) && check_options(b))
+    cli_axes_of("+x+y+z", &b->o.world);
+    int parsed = cli_parse(&program, argc, argv, &b->o, b->o.given);
+    if (parsed == CLI_GO && check_options(b))
         return b;
+    *status = parsed == CLI_GO ? 2 : parsed;
     free(b);
     return NULL;
 }
@@ -606,13 +359,13 @@ static int choose_tiles(baking *b) {
         box probe = {0, 0, 256, 256};
         describe(b, probe, 0, &desc);
         gtao_result why = gtao_sweep_compute(&desc, NULL, NULL, NULL, 0, NULL, NULL);
-        return error_line(b, "%s: %s", b->o.source.heights, gtao_result_string(why));
+        return cli_error("%s: %s", b->o.source.heights, gtao_result_string(why));
     }
-    if (given(b, OPT_TILE)) {
+    if (b->o.given[OPT_TILE]) {
         set_tiles(b, b->o.tile);
         double bytes = tile_bytes(b, b->tile_width, b->tile_height);
-        if (given(b, OPT_MEMORY) && bytes > budget)
-            return error_line(b, "--tile %d: needs %.0f MiB, more than --memory", b->o.tile, (bytes + fixed) / MIB);
+        if (b->o.given[OPT_MEMORY] && bytes > budget)
+            return cli_error("--tile %d: needs %.0f MiB, more than --memory", b->o.tile, (bytes + fixed) / MIB);
         return 1;
     }
     double whole = tile_bytes(b, b->map.width, b->map.height);
@@ -627,7 +380,7 @@ static int choose_tiles(baking *b) {
             return 1;
         }
     }
-    return error_line(b, "--memory: %.0f MiB are needed at least", ceil((tile_bytes(b, 256, 256) + fixed) / MIB));
+    return cli_error("--memory: %.0f MiB are needed at least", ceil((tile_bytes(b, 256, 256) + fixed) / MIB));
 }
 
 static box core_of(const baking *b, int tile) {
@@ -720,10 +473,10 @@ static int lock_work(baking *b, int leads) {
     work_path(b, "lock", path, sizeof path);
     b->lock = open(path, O_RDWR | O_CREAT, 0666);
     if (b->lock < 0)
-        return error_line(b, "--work %s: %s", b->work, strerror(errno));
+        return cli_error("--work %s: %s", b->work, strerror(errno));
     if (leads ? lock_byte(b, F_WRLCK, 0) && lock_byte(b, F_WRLCK, 1) : lock_byte(b, F_RDLCK, 1))
         return !leads || lock_byte(b, F_UNLCK, 1);
-    return error_line(b, "--work %s: in use by another process", b->work);
+    return cli_error("--work %s: in use by another process", b->work);
 }
 
 /* No directory of somebody else's: empty, but for what is made first. */
@@ -746,13 +499,13 @@ static int enter_work(baking *b) {
     image_error error;
     image_pending pending;
     if (!job_text(b, text, sizeof text))
-        return error_line(b, "%s: name too long", b->o.source.heights);
+        return cli_error("%s: name too long", b->o.source.heights);
     int there = mkdir(b->work, 0777) != 0 && errno == EEXIST;
     if (!there && access(b->work, W_OK | X_OK) != 0)
-        return error_line(b, "--work %s: %s", b->work, strerror(errno));
+        return cli_error("--work %s: %s", b->work, strerror(errno));
     work_path(b, "job", path, sizeof path);
     if (there && access(path, F_OK) != 0 && !is_untouched(b))
-        return error_line(b, "--work %s: is there, but is not the unfinished work of this program", b->work);
+        return cli_error("--work %s: is there, but is not the unfinished work of this program", b->work);
     b->created_work = !there;
     if (!lock_work(b, 1))
         return 0;
@@ -765,8 +518,7 @@ static int enter_work(baking *b) {
     }
     if (there && strcmp(found, text) != 0) {
         if (found[0] && !b->o.fresh)
-            return error_line(b, "--work %s: holds the unfinished work of other settings; --fresh discards it",
-                              b->work);
+            return cli_error("--work %s: holds the unfinished work of other settings; --fresh discards it", b->work);
     }
     if (there && (b->o.fresh || !found[0])) {
         remove_work(b); /* the lock's file goes too */
@@ -777,7 +529,7 @@ static int enter_work(baking *b) {
             return 0;
     }
     if (b->created_work && (!image_write_text(path, text, &pending, &error) || !image_commit(&pending, &error)))
-        return error_line(b, "--work %s", error.text);
+        return cli_error("--work %s", error.text);
     return 1;
 }
 
@@ -796,39 +548,36 @@ static int settle(baking *b) {
     settings *o = &b->o;
     image_error error;
     if (!terrain_inspect(&o->source, &b->map, &error))
-        return error_line(b, "%s %s", input_option(b, error.text), error.text);
-    if (o->pixel_count == 0) {
+        return cli_error("%s %s", input_option(b, error.text), error.text);
+    o->pixel[0] = (double)o->pixel_size[0];
+    o->pixel[1] = (double)o->pixel_size[o->pixel_size[1] > 0.0f];
+    if (!o->given[OPT_PIXEL_SIZE]) {
         if (b->map.geographic)
-            return error_line(b, "--pixel-size: required, %s states degrees", o->source.heights);
+            return cli_error("--pixel-size: required, %s states degrees", o->source.heights);
         if (!(b->map.pixel_x > 0.0) || !(b->map.pixel_y > 0.0))
-            return error_line(b, "--pixel-size: required, %s does not state it", o->source.heights);
+            return cli_error("--pixel-size: required, %s does not state it", o->source.heights);
         o->pixel[0] = b->map.pixel_x;
         o->pixel[1] = b->map.pixel_y;
-    } else if (o->pixel_count == 1) {
-        o->pixel[1] = o->pixel[0];
     }
     for (int k = 0; k < OUT_COUNT; ++k) {
         raster_format format = o->output[k] ? raster_format_of(o->output[k]) : RASTER_UNKNOWN;
         if ((format == RASTER_EXR || format == RASTER_PNG) &&
             (b->map.width > IMAGE_MAX_SIZE || b->map.height > IMAGE_MAX_SIZE))
-            return error_line(b, "%s %s: %d x %d is too large for this format", option_table[output_option[k]].name,
-                              o->output[k], b->map.width, b->map.height);
+            return cli_error("%s %s: %d x %d is too large for this format", option_table[output_option[k]].name,
+                             o->output[k], b->map.width, b->map.height);
     }
     return choose_tiles(b);
 }
 
 static void show_reading(void *user, double part) {
     baking *b = user;
-    if (!isatty(STDERR_FILENO) || cli_seconds() - b->started < 1.0 || cli_seconds() - b->shown < 0.2)
-        return;
-    b->shown = cli_seconds();
-    fprintf(stderr, "\r%s: reading %3.0f %%\033[K", b->program, 100.0 * part);
-    fflush(stderr);
+    b->reading.what = "reading";
+    cli_progress_show(&b->reading, part);
 }
 
 static int begin_workers(baking *b) {
     b->workers = pool_create(b->o.threads);
-    return b->workers ? 1 : error_line(b, "--threads %d: not enough memory", b->o.threads);
+    return b->workers ? 1 : cli_error("--threads %d: not enough memory", b->o.threads);
 }
 
 int baking_begin(baking *b) {
@@ -840,7 +589,7 @@ int baking_begin(baking *b) {
         const char *option = input_option(b, error.text);
         if (strncmp(error.text, b->work, strlen(b->work)) == 0)
             option = "--work";
-        error_line(b, "%s %s", option, error.text);
+        cli_error("%s %s", option, error.text);
         if (b->created_work)
             remove_work(b);
         return 0;
@@ -858,7 +607,7 @@ int baking_join(baking *b) {
     if (!lock_work(b, 0))
         return 0;
     if (!terrain_open(b->work, &b->map, &error))
-        return error_line(b, "--work %s", error.text);
+        return cli_error("--work %s", error.text);
     b->has_map = 1;
     return begin_workers(b);
 }
@@ -946,7 +695,7 @@ static int write_tile(baking *b, int tile, box window, float *const planes[OUT_C
     tile_path(b, tile, path, sizeof path);
     FILE *file = image_open_pending(path, &pending, &error);
     if (!file)
-        return error_line(b, "--work %s", error.text);
+        return cli_error("--work %s", error.text);
     int widest = 2 * b->o.directions;
     float *line = malloc((size_t)core.width * (size_t)widest * sizeof *line);
     int ok = line && fwrite(&header, sizeof header, 1, file) == 1;
@@ -966,7 +715,7 @@ static int write_tile(baking *b, int tile, box window, float *const planes[OUT_C
     free(line);
     ok = ok && fwrite(&sum, sizeof sum, 1, file) == 1 && fflush(file) == 0 && fsync(fileno(file)) == 0;
     if (!image_close_pending(file, ok, path, &pending, &error) || !image_commit(&pending, &error))
-        return error_line(b, "--work %s", error.text);
+        return cli_error("--work %s", error.text);
     return 1;
 }
 
@@ -981,8 +730,8 @@ static void show_units(void *user, int done, int units) {
                     (b->phase + (double)done / units) / gtao_sweep_phases(b->sweep));
 }
 
-static int out_of_memory(const baking *b) {
-    return error_line(b, "--memory: not enough memory for a tile, give less");
+static int out_of_memory(void) {
+    return cli_error("--memory: not enough memory for a tile, give less");
 }
 
 static int look_beyond(void *user, double x, double y, double dx, double dy, int capacity, float *distance_px,
@@ -1007,7 +756,7 @@ static int compute_window(baking *b, box window, box core, const float *heights,
     if (!is_whole(b, core) && reach > 0.0) {
         if (!terrain_view_create(&b->map, (terrain_border)b->o.border, window.x, window.y, window.width, window.height,
                                  reach, &view, &error))
-            return error_line(b, "--work %s: %s", b->work, error.text);
+            return cli_error("--work %s: %s", b->work, error.text);
         options.beyond = look_beyond;
         options.beyond_user = &view;
         options.beyond_reach = (int)view.reach_px + 1;
@@ -1016,10 +765,10 @@ static int compute_window(baking *b, box window, box core, const float *heights,
     void *scratch = malloc(size ? size : 1);
     b->work_bytes = (gtao_sweep_work_size(&desc, &options) + 63) / 64 * 64;
     b->work_memory = malloc(b->work_bytes * (size_t)pool_threads(b->workers));
-    int ok = scratch && b->work_memory ? 1 : out_of_memory(b);
+    int ok = scratch && b->work_memory ? 1 : out_of_memory();
     gtao_result result = ok ? gtao_sweep_begin(&desc, &output, &options, scratch, size, &b->sweep) : GTAO_OK;
     if (result != GTAO_OK)
-        ok = error_line(b, "%s: %s", b->o.source.heights, gtao_result_string(result));
+        ok = cli_error("%s: %s", b->o.source.heights, gtao_result_string(result));
     for (b->phase = 0; ok && b->phase < gtao_sweep_phases(b->sweep); ++b->phase)
         pool_run(b->workers, gtao_sweep_units(b->sweep, b->phase), 0, run_units, show_units, b);
     free(scratch);
@@ -1043,11 +792,11 @@ int baking_tile(baking *b, int tile) {
         }
     double t0 = cli_seconds();
     if (!ok)
-        out_of_memory(b);
+        out_of_memory();
     else if (!terrain_heights(&b->map, border, window.x, window.y, window.width, window.height, heights, &error) ||
              (normals &&
               !terrain_normals(&b->map, border, window.x, window.y, window.width, window.height, normals, &error)))
-        ok = error_line(b, "--work %s", error.text);
+        ok = cli_error("--work %s", error.text);
     double t1 = cli_seconds();
     ok = ok && compute_window(b, window, core, heights, normals, planes);
     double t2 = cli_seconds();
@@ -1065,27 +814,11 @@ int baking_tile(baking *b, int tile) {
 }
 
 void baking_progress(baking *b, int done, int count, double part) {
-    double now = cli_seconds(), fraction = count > 0 ? (done + part) / count : 1.0;
-    if (b->progress_count == 0)
-        b->first_done = done;
     b->progress_done = done;
     b->progress_count = count;
-    if (b->quiet || !isatty(STDERR_FILENO) || now - b->started < 1.0 || now - b->shown < 0.2)
-        return;
-    double mine = (done - b->first_done + part) / (count - b->first_done > 0 ? count - b->first_done : 1);
-    double left = mine > 0.0 ? (now - b->started) * (1.0 - mine) / mine : 0.0;
-    char bar[33];
-    for (int i = 0; i < 32; ++i)
-        bar[i] = i < (int)(32.0 * fraction) ? '#' : '.';
-    bar[32] = 0;
-    b->shown = now;
-    fprintf(stderr, "\r%s: %s %3.0f %%", b->program, bar, 100.0 * fraction);
-    if (count > 1)
-        fprintf(stderr, "  tile %d of %d", done < count ? done + 1 : count, count);
-    if (mine > 0.01)
-        fprintf(stderr, "  %d:%02d:%02d left", (int)(left / 3600.0), (int)(left / 60.0) % 60, (int)left % 60);
-    fputs("\033[K", stderr);
-    fflush(stderr);
+    snprintf(b->tiles_what, sizeof b->tiles_what, "tile %d of %d", done < count ? done + 1 : count, count);
+    b->tiles.what = b->tiles_what;
+    cli_progress_show(&b->tiles, count > 0 ? (done + part) / count : 1.0);
 }
 
 /* ---- the outputs ------------------------------------------------------------------------------------------------- */
@@ -1101,7 +834,7 @@ static void turn_bent(const baking *b, float *n, size_t pixels) {
             continue;
         }
         for (int k = 0; k < 3; ++k)
-            n[(int)o->world_axis[k]] = o->world_sign[k] * local[k];
+            n[o->world.axis[k]] = o->world.sign[k] * local[k];
     }
 }
 
@@ -1127,7 +860,7 @@ static int gather_rows(const baking *b, int tile_row, int y, int count, int outp
         if (file)
             fclose(file);
         if (!ok)
-            return error_line(b, "--work %s: cannot read", path);
+            return cli_error("--work %s: cannot read", path);
     }
     return 1;
 }
@@ -1143,7 +876,7 @@ static int write_rows(const baking *b, raster_writer *const writers[OUT_COUNT]) 
     band_rows = band_rows < 1 ? 1 : band_rows;
     float *band = malloc(row * (size_t)band_rows * sizeof *band);
     if (!band)
-        return error_line(b, "--memory: not enough memory");
+        return cli_error("--memory: not enough memory");
     for (int tile_row = 0; ok && tile_row < b->rows; ++tile_row) {
         int height = core_of(b, tile_row * b->columns).height;
         for (int y = 0; ok && y < height; y += band_rows) {
@@ -1155,7 +888,7 @@ static int write_rows(const baking *b, raster_writer *const writers[OUT_COUNT]) 
                 if (ok && k == OUT_BENT)
                     turn_bent(b, band, (size_t)count * (size_t)b->map.width);
                 if (ok && !raster_write(writers[k], count, band, &error))
-                    ok = error_line(b, "%s %s", option_table[output_option[k]].name, error.text);
+                    ok = cli_error("%s %s", option_table[output_option[k]].name, error.text);
             }
         }
     }
@@ -1173,11 +906,11 @@ static int shrink(const baking *b, int output, int factor, image *small) {
     int channels = output < 0 ? 1 : channels_of(b, output), ok = 1;
     if (!image_create(small, (b->map.width + factor - 1) / factor, (b->map.height + factor - 1) / factor, channels,
                       &error))
-        return error_line(b, "--picture %s", error.text);
+        return cli_error("--picture %s", error.text);
     size_t row = (size_t)b->map.width * (size_t)channels, wide = (size_t)small->width * (size_t)channels;
     float *line = malloc(row * sizeof *line);
     float *weight = calloc((size_t)small->width * (size_t)small->height, sizeof *weight);
-    ok = line && weight ? 1 : error_line(b, "--picture: not enough memory");
+    ok = line && weight ? 1 : cli_error("--picture: not enough memory");
     for (int y = 0; ok && y < b->map.height; ++y) {
         int tile_row = y / b->tile_height;
         if (output < 0)
@@ -1277,7 +1010,7 @@ static int write_picture(const baking *b, image_pending *pending) {
     if (ok && (!image_create(&panel, w, h, 3, &error) ||
                !image_create(&canvas, panels * (w + PICTURE_MARGIN) + PICTURE_MARGIN,
                              h + PICTURE_TITLE + PICTURE_MARGIN, 3, &error)))
-        ok = error_line(b, "--picture %s: %s", b->o.picture, error.text);
+        ok = cli_error("--picture %s: %s", b->o.picture, error.text);
     if (ok) {
         canvas_load_fonts();
         canvas_fill(&canvas, 0, 0, canvas.width, canvas.height, color_hex(0xffffff));
@@ -1293,7 +1026,7 @@ static int write_picture(const baking *b, image_pending *pending) {
         canvas_free_fonts();
         ok = image_write(b->o.picture, &canvas, NULL, IMAGE_RANGE_UNIT, pending, &error);
         if (!ok)
-            error_line(b, "--picture %s", error.text);
+            cli_error("--picture %s", error.text);
     }
     for (int i = 0; i < 3; ++i)
         image_free(small + i);
@@ -1313,7 +1046,7 @@ static int note_pending(const baking *b, const image_pending *pending, int count
         ok = !pending[i].temporary || fprintf(file, "%s\n", pending[i].temporary) > 0;
     if (file)
         ok = fclose(file) == 0 && ok;
-    return ok ? 1 : error_line(b, "--work %s: cannot write", path);
+    return ok ? 1 : cli_error("--work %s: cannot write", path);
 }
 
 static void stats_text(const baking *b, double seconds, char *text, size_t size) {
@@ -1354,14 +1087,14 @@ int baking_finish(baking *b) {
     for (int k = 0; ok && k < OUT_COUNT; ++k) {
         if (!b->o.output[k])
             continue;
-        writers[k] =
-            raster_writer_create(b->o.output[k], b->map.width, b->map.height, channels_of(b, k),
-                                 k == OUT_BENT       ? names_bent
-                                 : k == OUT_HORIZONS ? names_horizon
-                                                     : names_y,
-                                 k == OUT_BENT ? IMAGE_RANGE_SIGNED : IMAGE_RANGE_UNIT, b->o.bits, pending + k, &error);
+        writers[k] = raster_writer_create(b->o.output[k], b->map.width, b->map.height, channels_of(b, k),
+                                          k == OUT_BENT       ? names_bent
+                                          : k == OUT_HORIZONS ? names_horizon
+                                                              : names_y,
+                                          k == OUT_BENT ? IMAGE_RANGE_SIGNED : IMAGE_RANGE_UNIT, b->o.sixteen ? 16 : 8,
+                                          pending + k, &error);
         if (!writers[k])
-            ok = error_line(b, "%s %s", option_table[output_option[k]].name, error.text);
+            ok = cli_error("%s %s", option_table[output_option[k]].name, error.text);
     }
     ok = ok && note_pending(b, pending, OUT_COUNT) && write_rows(b, writers);
     for (int k = 0; k < OUT_COUNT; ++k) {
@@ -1370,7 +1103,7 @@ int baking_finish(baking *b) {
         if (!ok)
             raster_abandon(writers[k]);
         else if (!raster_finish(writers[k], &error))
-            ok = error_line(b, "%s %s", option_table[output_option[k]].name, error.text);
+            ok = cli_error("%s %s", option_table[output_option[k]].name, error.text);
     }
     if (ok && b->o.picture)
         ok = write_picture(b, pending + OUT_COUNT);
@@ -1378,16 +1111,15 @@ int baking_finish(baking *b) {
     if (ok && b->o.stats) {
         stats_text(b, cli_seconds() - b->started, text, sizeof text);
         if (!image_write_text(b->o.stats, text, pending + OUT_COUNT + 1, &error))
-            ok = error_line(b, "--stats %s", error.text);
+            ok = cli_error("--stats %s", error.text);
     }
     for (int k = 0; ok && k < OUT_COUNT + 2; ++k)
         if (pending[k].temporary && !image_commit(pending + k, &error))
-            ok = error_line(b, "%s", error.text);
+            ok = cli_error("%s", error.text);
     for (int k = 0; k < OUT_COUNT + 2; ++k)
         image_discard(pending + k);
     if (ok)
         remove_work(b);
-    if (b->shown > 0.0)
-        fputs("\r\033[K", stderr);
+    cli_progress_end();
     return ok;
 }

@@ -52,6 +52,7 @@ int image_read_channels(const char *path, const char *const *names, int count, i
 int image_spec_path(const char *spec, char *path, size_t size);
 
 typedef enum image_format { IMAGE_UNKNOWN, IMAGE_EXR, IMAGE_PFM, IMAGE_PNG } image_format;
+#define IMAGE_ENDINGS ".exr, .pfm or .png"
 image_format image_format_of(const char *path); /* by its ending, in any case of letters */
 
 /* What values an 8-bit format has to hold: [0, 1] -> 255 v, or [-1, 1] -> 255 (0.5 + 0.5 v); rounded, linear. */

@@ -22,6 +22,7 @@ typedef enum raster_format {
     RASTER_RAW /* .raw or .f32: little-endian floats, the top row first, nothing else */
 } raster_format;
 
+#define RASTER_ENDINGS ".exr, .pfm, .png, .tif, .tiff, .raw or .f32"
 raster_format raster_format_of(const char *path); /* by its ending, in any case of letters */
 
 typedef struct raster_info {

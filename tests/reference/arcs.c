@@ -182,10 +182,7 @@ enum { MOST_LAYERS = 16 };
 static void march(const ref_image *image, const ref_settings *settings, const ref_slabs *slabs, const double center[3],
                   int x, int y, const ref_slice *slice, double sign, double limit, arc_list *list) {
     const int layers = slabs->layers ? slabs->layer_count : 1;
-    const double du = sign * slice->du, dv = sign * slice->dv, distance = length(center);
-    const double diagonal = hypot(image->width, image->height);
-    const double cos_sphere =
-        settings->radius < distance ? sqrt(1.0 - settings->radius * settings->radius / (distance * distance)) : -1.0;
+    const double du = sign * slice->du, dv = sign * slice->dv;
     sample last[MOST_LAYERS], now[MOST_LAYERS];
     for (int k = 0; k < layers && k < MOST_LAYERS; k++)
         last[k].present = 0;
@@ -193,18 +190,8 @@ static void march(const ref_image *image, const ref_settings *settings, const re
     last[0] = (sample){1, x, y, center[2], 1, {limit, limit}};
     for (int i = 1;; i++) {
         const double t = i * settings->step_px, u = x + 0.5 + t * du, v = y + 0.5 + t * dv;
-        if (settings->border == REF_BORDER_OPEN && (u < 0.0 || v < 0.0 || u >= image->width || v >= image->height))
+        if (ref_march_ends(image, settings, center, u, v, t * du, t * dv))
             break;
-        if (t > 4.0 * diagonal)
-            break;
-        if (image->orthographic) {
-            if (hypot(t * du * image->sx, t * dv * image->sy) > settings->radius)
-                break;
-        } else {
-            const double ray[3] = {(u - image->cx) / image->fx, (v - image->cy) / image->fy, 1.0};
-            if (dot(ray, center) < cos_sphere * length(ray) * distance)
-                break;
-        }
         for (int k = 0; k < layers && k < MOST_LAYERS; k++) {
             double front[3], back_z;
             sample *s = &now[k];

@@ -153,29 +153,30 @@ int ref_surface_at(const ref_image *image, ref_border border, double u, double v
     return 1;
 }
 
+int ref_march_ends(const ref_image *image, const ref_settings *settings, const double center[3], double u, double v,
+                   double along_u, double along_v) {
+    const double distance = length(center), radius = settings->radius;
+    if (settings->border == REF_BORDER_OPEN && (u < 0.0 || v < 0.0 || u >= image->width || v >= image->height))
+        return 1;
+    if (hypot(along_u, along_v) > march_limit * hypot(image->width, image->height))
+        return 1;
+    if (image->orthographic)
+        return hypot(along_u * image->sx, along_v * image->sy) > radius;
+    /* The sphere of the radius is seen from the eye within this angle of its centre. */
+    const double cos_sphere = radius < distance ? sqrt(1.0 - radius * radius / (distance * distance)) : -1.0;
+    const double ray[3] = {(u - image->cx) / image->fx, (v - image->cy) / image->fy, 1.0};
+    return dot(ray, center) < cos_sphere * length(ray) * distance;
+}
+
 /* Largest cosine between the view vector and the samples along one side of a slice. */
 static double march(const ref_image *image, const ref_settings *settings, const double center[3], const double view[3],
                     double u0, double v0, double du, double dv, double cos_limit) {
     const double distance = length(center);
-    const double diagonal = hypot(image->width, image->height);
-    /* The sphere of the radius is seen from the eye within this angle of its centre. */
-    const double cos_sphere =
-        settings->radius < distance ? sqrt(1.0 - settings->radius * settings->radius / (distance * distance)) : -1.0;
     double best = cos_limit;
     for (int i = 1;; i++) {
         const double t = i * settings->step_px, u = u0 + t * du, v = v0 + t * dv;
-        if (settings->border == REF_BORDER_OPEN && (u < 0.0 || v < 0.0 || u >= image->width || v >= image->height))
+        if (ref_march_ends(image, settings, center, u, v, t * du, t * dv))
             break;
-        if (t > march_limit * diagonal)
-            break;
-        if (image->orthographic) {
-            if (hypot(t * du * image->sx, t * dv * image->sy) > settings->radius)
-                break;
-        } else {
-            const double ray[3] = {(u - image->cx) / image->fx, (v - image->cy) / image->fy, 1.0};
-            if (dot(ray, center) < cos_sphere * length(ray) * distance)
-                break;
-        }
         double position[3];
         if (!ref_surface_at(image, settings->border, u, v, du, dv, position))
             continue;

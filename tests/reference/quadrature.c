@@ -49,20 +49,20 @@ static long double evaluate(const integrand *f, long double theta) {
     return 0.0L;
 }
 
-/* Roots and weights of the Legendre polynomial on [-1, 1], by Newton's method. */
-static void gauss_legendre(long double node[POINTS], long double weight[POINTS]) {
-    for (int i = 0; i < POINTS; i++) {
-        long double x = cosl(pi_l * ((long double)i + 0.75L) / ((long double)POINTS + 0.5L));
+/* Roots of the Legendre polynomial by Newton's method. */
+void ref_gauss_legendre(int count, long double *node, long double *weight) {
+    for (int i = 0; i < count; i++) {
+        long double x = cosl(pi_l * ((long double)i + 0.75L) / ((long double)count + 0.5L));
         long double derivative = 1.0L;
         for (int iteration = 0; iteration < 20; iteration++) {
             long double p0 = 1.0L, p1 = x;
-            for (int k = 2; k <= POINTS; k++) {
+            for (int k = 2; k <= count; k++) {
                 const long double kl = (long double)k;
                 const long double p2 = ((2.0L * kl - 1.0L) * x * p1 - (kl - 1.0L) * p0) / kl;
                 p0 = p1;
                 p1 = p2;
             }
-            derivative = (long double)POINTS * (x * p1 - p0) / (x * x - 1.0L);
+            derivative = (long double)count * (x * p1 - p0) / (x * x - 1.0L);
             x -= p1 / derivative;
         }
         node[i] = x;
@@ -73,7 +73,7 @@ static void gauss_legendre(long double node[POINTS], long double weight[POINTS])
 static long double panel(const integrand *f, long double a, long double b) {
     static long double node[POINTS], weight[POINTS];
     if (weight[0] == 0.0L)
-        gauss_legendre(node, weight);
+        ref_gauss_legendre(POINTS, node, weight);
     const long double middle = 0.5L * (a + b), half = 0.5L * (b - a);
     long double sum = 0.0L;
     for (int i = 0; i < POINTS; i++)

@@ -9,6 +9,9 @@
 
 /* Angles in radians from the view vector, signed; the slice's direction o is at +pi/2, the view vector v at 0. */
 
+/* Nodes and weights on [-1, 1]. */
+void ref_gauss_legendre(int count, long double *node, long double *weight);
+
 /* Integral of cos(theta - n) |sin(theta)| between 0 and h. */
 long double ref_arc(long double h_rad, long double n_rad);
 /* Integral of |sin(theta)| between 0 and h. */
@@ -90,6 +93,11 @@ double ref_heightfield(const ref_image *image, const ref_settings *settings, int
  * space; 0 if there is none. */
 int ref_surface_at(const ref_image *image, ref_border border, double u, double v, double du, double dv,
                    double position[3]);
+
+/* Does a march from the surface point `center` have nothing more to find from (u, v) on, (along_u, along_v) pixels from
+ * where it began: past an open border, far outside, or out of the radius? */
+int ref_march_ends(const ref_image *image, const ref_settings *settings, const double center[3], double u, double v,
+                   double along_u, double along_v);
 
 /* A slice of a pixel. Angles are signed, from the view vector, positive towards o. */
 typedef struct ref_slice {

@@ -11,26 +11,6 @@ static const long double pi_l = 3.14159265358979323846264338327950288L;
 
 enum { NODES = 20 };
 
-/* Roots and weights of the Legendre polynomial on [-1, 1], by Newton's method. */
-static void gauss(long double node[NODES], long double weight[NODES]) {
-    for (int i = 0; i < NODES; i++) {
-        long double x = cosl(pi_l * ((long double)i + 0.75L) / ((long double)NODES + 0.5L)), derivative = 1.0L;
-        for (int iteration = 0; iteration < 20; iteration++) {
-            long double p0 = 1.0L, p1 = x;
-            for (int k = 2; k <= NODES; k++) {
-                const long double kl = (long double)k;
-                const long double p2 = ((2.0L * kl - 1.0L) * x * p1 - (kl - 1.0L) * p0) / kl;
-                p0 = p1;
-                p1 = p2;
-            }
-            derivative = (long double)NODES * (x * p1 - p0) / (x * x - 1.0L);
-            x -= p1 / derivative;
-        }
-        node[i] = x;
-        weight[i] = 2.0L / ((1.0L - x * x) * derivative * derivative);
-    }
-}
-
 /* Azimuth range, of 2 pi, of the circle at theta around one axis that lies within b of an axis d away. As
  * 2 asin(sqrt(q)) of half angles, which does not cancel. */
 static long double covered(long double theta, long double b, long double d) {
@@ -45,7 +25,7 @@ static long double covered(long double theta, long double b, long double d) {
 long double ref_cap_intersection(long double a, long double b, long double d) {
     static long double node[NODES], weight[NODES];
     if (weight[0] == 0.0L)
-        gauss(node, weight);
+        ref_gauss_legendre(NODES, node, weight);
     if (a > b) { /* around the axis of the smaller */
         const long double swap = a;
         a = b;

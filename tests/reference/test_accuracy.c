@@ -1,87 +1,20 @@
 /* gtao.h against closed forms, the brute-force height field and the transcribed pseudo-code: what it computes, where
  * test_math.c checks how. */
-#include "gtao.h"
 #include "examples/common/image.h"
-#include "tests/reference/check.h"
-#include "tests/reference/reference.h"
+#include "tests/reference/library.h"
 
 static const double pi = REF_PI;
 
 /* ---- helpers ---- */
 
-typedef struct result {
-    float *visibility, *bent; /* 1 and 3 a pixel */
-} result;
-
 static size_t pixels_of(const ref_image *img) {
     return (size_t)img->width * (size_t)img->height;
 }
 
-static void *allocate(size_t size) {
-    void *memory = malloc(size ? size : 1);
-    if (!memory)
-        fail_msg("out of memory");
-    return memory;
-}
-
 static gtao_desc desc_of(const ref_image *img) {
-    gtao_desc desc = {0};
-    desc.width = img->width;
-    desc.height = img->height;
-    desc.depth = img->z;
-    desc.normals = img->normals;
-    if (img->orthographic) {
-        desc.camera.projection = GTAO_ORTHOGRAPHIC;
-        desc.camera.sx = (float)img->sx;
-        desc.camera.sy = (float)img->sy;
-    } else {
-        desc.camera.fx = (float)img->fx;
-        desc.camera.fy = (float)img->fy;
-        desc.camera.cx = (float)img->cx;
-        desc.camera.cy = (float)img->cy;
-        desc.camera.off_center = 1;
-    }
+    gtao_desc desc = describe_image(img);
     desc.noise = GTAO_NOISE_NONE;
     return desc;
-}
-
-static void result_free(result *r) {
-    free(r->visibility);
-    free(r->bent);
-}
-
-/* Rows [row_begin, row_end) only; the rest of the result is NaN. */
-static result compute_rows(const gtao_desc *desc, int row_begin, int row_end) {
-    const size_t count = (size_t)desc->width * (size_t)desc->height;
-    result r = {allocate(count * sizeof(float)), allocate(3 * count * sizeof(float))};
-    for (size_t i = 0; i < count; i++)
-        r.visibility[i] = NAN;
-    for (size_t i = 0; i < 3 * count; i++)
-        r.bent[i] = NAN;
-    gtao_output output = {0};
-    output.visibility = r.visibility;
-    output.bent_normals = r.bent;
-    const size_t size = gtao_scratch_size(desc);
-    void *scratch = allocate(size);
-    gtao_context *context;
-    const gtao_result status = gtao_begin(desc, &output, scratch, size, &context);
-    CHECK(status == GTAO_OK, "%s", gtao_result_string(status));
-    gtao_prepare_rows(context, 0, desc->height);
-    gtao_visibility_rows(context, row_begin, row_end, NULL);
-    free(scratch);
-    return r;
-}
-
-static result compute(const gtao_desc *desc) {
-    return compute_rows(desc, 0, desc->height);
-}
-
-static double degrees_between(const float a[3], const double b[3]) {
-    const double ax = (double)a[0], ay = (double)a[1], az = (double)a[2];
-    /* By the chord, which keeps its precision at small angles. */
-    const double la = sqrt(ax * ax + ay * ay + az * az), lb = sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
-    const double dx = ax / la - b[0] / lb, dy = ay / la - b[1] / lb, dz = az / la - b[2] / lb;
-    return 2.0 * asin(fmin(1.0, 0.5 * sqrt(dx * dx + dy * dy + dz * dz))) * 180.0 / pi;
 }
 
 static void set_normal(ref_image *img, int x, int y, const double normal[3]) {
@@ -682,7 +615,7 @@ static void scaling_changes_no_bit(void **state) {
     for (int variant = 0; variant < 8; variant++) {
         const scene *s = &scenes[variant & 1];
         ref_image img = crop(&s->img, 90, 70, 131, 97);
-        result first = {NULL, NULL};
+        result first = {NULL, NULL, NULL};
         gtao_desc desc = desc_of(&img);
         float *scaled = allocate(pixels_of(&img) * sizeof *scaled);
         desc.depth = scaled;

@@ -1,67 +1,14 @@
 /* Occluders with thickness: gtao.h against brute force with sorted intervals, closed forms, ray tracing, and the height
  * field that it must become again when thickness is endless. */
-#include "gtao.h"
-#include "tests/reference/check.h"
-#include "tests/reference/reference.h"
+#include "tests/reference/library.h"
 
 /* ---- helpers ---- */
 
-typedef struct result {
-    float *visibility, *bent; /* 1 and 3 a pixel */
-} result;
-
-static void *allocate(size_t size) {
-    void *memory = malloc(size ? size : 1);
-    if (!memory)
-        fail_msg("out of memory");
-    return memory;
-}
-
 static gtao_desc desc_of(const ref_image *img) {
-    gtao_desc desc = {0};
-    desc.width = img->width;
-    desc.height = img->height;
-    desc.depth = img->z;
-    desc.normals = img->normals;
-    if (img->orthographic) {
-        desc.camera.projection = GTAO_ORTHOGRAPHIC;
-        desc.camera.sx = (float)img->sx;
-        desc.camera.sy = (float)img->sy;
-    } else {
-        desc.camera.fx = (float)img->fx;
-        desc.camera.fy = (float)img->fy;
-        desc.camera.cx = (float)img->cx;
-        desc.camera.cy = (float)img->cy;
-        desc.camera.off_center = 1;
-    }
+    gtao_desc desc = describe_image(img);
     desc.noise = GTAO_NOISE_NONE;
     desc.preset = GTAO_PRESET_REFERENCE;
     return desc;
-}
-
-static void result_free(result *r) {
-    free(r->visibility);
-    free(r->bent);
-}
-
-static result compute(const gtao_desc *desc) {
-    const size_t count = (size_t)desc->width * (size_t)desc->height, size = gtao_scratch_size(desc);
-    result r = {allocate(count * sizeof(float)), allocate(3 * count * sizeof(float))};
-    void *scratch = allocate(size);
-    gtao_output output = {0};
-    output.visibility = r.visibility;
-    output.bent_normals = r.bent;
-    const gtao_result status = gtao_compute(desc, &output, scratch, size, NULL);
-    CHECK(status == GTAO_OK, "%s", gtao_result_string(status));
-    free(scratch);
-    return r;
-}
-
-static double degrees_between(const float a[3], const double b[3]) {
-    double d2 = 0.0;
-    for (int i = 0; i < 3; i++)
-        d2 += ((double)a[i] - b[i]) * ((double)a[i] - b[i]);
-    return 2.0 * asin(fmin(1.0, 0.5 * sqrt(d2))) * 180.0 / REF_PI;
 }
 
 static ref_image cluttered(int width, int height, int orthographic) {
@@ -160,7 +107,7 @@ static void brute_force(void **state) {
     } cases[] = {
         {0, 0.2, 0.0, 0.008, 0.003, 1.0, GTAO_NOISE_NONE},       {0, 0.03, 0.0, 0.013, 0.004, 1.3, GTAO_NOISE_NONE},
         {0, 0.2, 0.25, 0.008, 0.003, 1.0, GTAO_NOISE_NONE},      {1, 0.1, 0.0, 0.012, 0.003, 1.0, GTAO_NOISE_NONE},
-        {0, INFINITY, 0.25, 0.005, 0.003, 0.7, GTAO_NOISE_NONE},
+        {0, HUGE_VAL, 0.25, 0.005, 0.003, 0.7, GTAO_NOISE_NONE},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         ref_image img = cluttered(320, 180, cases[i].orthographic);

@@ -1,47 +1,13 @@
 /* The sweep of gtao.h against closed forms and against brute force over every pixel to the image border. */
-#include "gtao.h"
 #include "examples/common/image.h"
-#include "tests/reference/check.h"
-#include "tests/reference/reference.h"
+#include "tests/reference/library.h"
 
 static const double pi = REF_PI;
 
 /* ---- helpers ---- */
 
-typedef struct result {
-    float *visibility, *bent, *horizons; /* 1, 3 and 2 * slices a pixel */
-} result;
-
-static void *allocate(size_t size) {
-    void *memory = malloc(size ? size : 1);
-    if (!memory)
-        fail_msg("out of memory");
-    return memory;
-}
-
-static void result_free(result *r) {
-    free(r->visibility);
-    free(r->bent);
-    free(r->horizons);
-}
-
 static gtao_desc desc_of(const ref_image *img, double radius, int slices) {
-    gtao_desc desc = {0};
-    desc.width = img->width;
-    desc.height = img->height;
-    desc.depth = img->z;
-    desc.normals = img->normals;
-    if (img->orthographic) {
-        desc.camera.projection = GTAO_ORTHOGRAPHIC;
-        desc.camera.sx = (float)img->sx;
-        desc.camera.sy = (float)img->sy;
-    } else {
-        desc.camera.fx = (float)img->fx;
-        desc.camera.fy = (float)img->fy;
-        desc.camera.cx = (float)img->cx;
-        desc.camera.cy = (float)img->cy;
-        desc.camera.off_center = 1;
-    }
+    gtao_desc desc = describe_image(img);
     desc.radius = (float)radius;
     desc.slices = slices;
     return desc;
@@ -49,7 +15,7 @@ static gtao_desc desc_of(const ref_image *img, double radius, int slices) {
 
 static result sweep(const gtao_desc *desc, const gtao_sweep_options *given, int horizons) {
     const size_t count = (size_t)desc->width * (size_t)desc->height;
-    result r = {allocate(count * sizeof(float)), allocate(3 * count * sizeof(float)), NULL};
+    result r = result_of(desc);
     gtao_sweep_options options = {0};
     gtao_output output = {0};
     if (given)
@@ -64,15 +30,6 @@ static result sweep(const gtao_desc *desc, const gtao_sweep_options *given, int 
     CHECK(status == GTAO_OK, "%s", gtao_result_string(status));
     free(scratch);
     return r;
-}
-
-static double degrees_between(const float a[3], const double b[3]) {
-    const double la = sqrt((double)a[0] * (double)a[0] + (double)a[1] * (double)a[1] + (double)a[2] * (double)a[2]);
-    const double lb = sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
-    double chord = 0.0;
-    for (int i = 0; i < 3; i++)
-        chord += ((double)a[i] / la - b[i] / lb) * ((double)a[i] / la - b[i] / lb);
-    return 2.0 * asin(fmin(1.0, 0.5 * sqrt(chord))) * 180.0 / pi;
 }
 
 static void set_normal(ref_image *img, int x, int y, double nx, double ny, double nz) {

@@ -1,27 +1,12 @@
 /* build/bake and build/bake-mpi as a user meets them: child processes on small maps. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "tool.h"
 
 #include "examples/common/raster.h"
 #include "gtao.h"
 
-#include <dirent.h>
-#include <errno.h>
-#include <fcntl.h>
 #include <math.h>
 #include <signal.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/resource.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
 #include <time.h>
-#include <unistd.h>
 
 #ifdef __has_include
 #if __has_include(<tiffio.h>)
@@ -39,24 +24,11 @@
 #define HAS_PNG 0
 #endif
 
-enum { WIDTH = 75, HEIGHT = 58, PIXELS = WIDTH * HEIGHT, MAX_ARGS = 48 };
+enum { WIDTH = 75, HEIGHT = 58, PIXELS = WIDTH * HEIGHT };
 enum { BIG = 420, BIG_PIXELS = BIG * BIG };
 
-static char directory[256], message[4096]; /* of the last run: what it said on standard error */
-static float heights[PIXELS];              /* whole numbers, so that 16-bit files hold them too */
+static float heights[PIXELS]; /* whole numbers, so that 16-bit files hold them too */
 static float big[BIG_PIXELS];
-
-static const char *in_directory(const char *name) {
-    static char path[16][600];
-    static int next;
-    char *p = path[next++ % 16];
-    snprintf(p, sizeof path[0], "%s/%s", directory, name);
-    return p;
-}
-
-static int exists(const char *name) {
-    return access(in_directory(name), F_OK) == 0;
-}
 
 static void save(const char *name, int width, int height, int channels, const float *data, int bits) {
     static const char *const names[] = {"Y", "G", "B"}, *const normals[] = {"N.X", "N.Y", "N.Z"};
@@ -97,9 +69,7 @@ static float big_height(int x, int y) {
 
 static int setup(void **state) {
     (void)state;
-    const char *base = getenv("TMPDIR");
-    snprintf(directory, sizeof directory, "%s/gtao-bake-XXXXXX", base && base[0] ? base : "/tmp");
-    if (!mkdtemp(directory))
+    if (make_directory("bake") != 0)
         return -1;
     for (int y = 0; y < HEIGHT; ++y)
         for (int x = 0; x < WIDTH; ++x) {
@@ -136,70 +106,6 @@ static int teardown(void **state) {
     return 0;
 }
 
-static void read_text(const char *name, char *text, size_t size) {
-    FILE *file = fopen(in_directory(name), "rb");
-    size_t n = file ? fread(text, 1, size - 1, file) : 0;
-    text[n] = 0;
-    if (file)
-        fclose(file);
-}
-
-/* Starts the words of `command`, in which @ stands for the directory; address space of at most `limit` bytes, 0: any. */
-static pid_t start(const char *command, size_t limit) {
-    static char words[8192];
-    char *argv[MAX_ARGS + 2];
-    size_t n = 0, used = 0;
-    for (const char *c = command; *c;) {
-        c += strspn(c, " ");
-        size_t length = strcspn(c, " ");
-        if (!length)
-            break;
-        argv[n++] = words + used;
-        assert_true(n <= MAX_ARGS);
-        for (; length; --length, ++c) {
-            assert_true(used + sizeof directory + 2 < sizeof words);
-            if (*c == '@')
-                used += (size_t)sprintf(words + used, "%s", directory);
-            else
-                words[used++] = *c;
-        }
-        words[used++] = 0;
-    }
-    argv[n] = NULL;
-    fflush(NULL);
-    pid_t child = fork();
-    assert_true(child >= 0);
-    if (child == 0) {
-        int err = open(in_directory("stderr"), O_WRONLY | O_CREAT | O_TRUNC, 0666);
-        int out = open(in_directory("stdout"), O_WRONLY | O_CREAT | O_TRUNC, 0666);
-        struct rlimit r = {limit, limit};
-        if (err < 0 || out < 0 || dup2(err, 2) < 0 || dup2(out, 1) < 0 || (limit && setrlimit(RLIMIT_AS, &r) != 0))
-            _exit(100);
-        execvp(argv[0], argv);
-        _exit(101);
-    }
-    return child;
-}
-
-static int finish(pid_t child) {
-    int status;
-    assert_int_equal(waitpid(child, &status, 0), child);
-    read_text("stderr", message, sizeof message);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
-static int run(const char *command) {
-    char whole[4096];
-    snprintf(whole, sizeof whole, "build/bake %s", command);
-    return finish(start(whole, 0));
-}
-
-static void run_well(const char *command) {
-    int status = run(command);
-    if (status != 0 || message[0])
-        fail_msg("bake %s: exit status %d, %s", command, status, message);
-}
-
 /* Names in the test's directory that the tests did not make themselves. */
 static void check_nothing_left(const char *command) {
     static const char *const ours[] = {".", "..", "stderr", "stdout", "h.", "big.", "in.", NULL};
@@ -213,15 +119,6 @@ static void check_nothing_left(const char *command) {
             fail_msg("bake %s left %s", command, e->d_name);
     }
     closedir(d);
-}
-
-/* One line that holds `part`, status 2, no file. */
-static void run_badly(const char *command, const char *part) {
-    int status = run(command);
-    const char *end = strchr(message, '\n');
-    if (status != 2 || !end || end[1] || !strstr(message, part) || strncmp(message, "bake: ", 6) != 0)
-        fail_msg("bake %s: exit status %d, expected '%s', said '%s'", command, status, part, message);
-    check_nothing_left(command);
 }
 
 static void drop(const char *name) {
@@ -536,11 +433,9 @@ static void test_wrap(void **state) {
 /* ---- tiles ------------------------------------------------------------------------------------------------------- */
 
 static double json_number(const char *name, const char *key) {
-    char text[4096], quoted[64];
+    char text[4096];
     read_text(name, text, sizeof text);
-    snprintf(quoted, sizeof quoted, "\"%s\": ", key);
-    const char *at = strstr(text, quoted);
-    return at ? strtod(at + strlen(quoted), NULL) : (double)NAN;
+    return number_in(text, key);
 }
 
 /* Tiles against the map in one piece: mountains that lie beyond the overlap are seen, to the bound that the tool states
@@ -607,16 +502,11 @@ static void test_tiles(void **state) {
 #define TILED LARGE "--tile 60 --overlap 128 --bent @/b.raw "
 
 static int file_same(const char *a, const char *b) {
-    FILE *x = fopen(in_directory(a), "rb"), *y = fopen(in_directory(b), "rb");
-    int same = x && y, c = 0;
-    while (same && c != EOF) {
-        c = getc(x);
-        same = c == getc(y);
-    }
-    if (x)
-        fclose(x);
-    if (y)
-        fclose(y);
+    size_t size[2];
+    uint8_t *x = read_bytes(a, size), *y = read_bytes(b, size + 1);
+    int same = size[0] == size[1] && memcmp(x, y, size[0]) == 0;
+    free(x);
+    free(y);
     return same;
 }
 
@@ -699,13 +589,10 @@ static void test_restart(void **state) {
     /* --fresh; and what a run that was killed while it put the output together left behind goes too */
     child = start("build/bake " TILED "-o @/c.raw --threads 1", 0);
     assert_true(kill_after(child, "c.raw.work", 3));
-    file = fopen(in_directory("c.raw.work/pending"), "wb");
-    assert_non_null(file);
-    fprintf(file, "%s\n", in_directory("c.raw.123-0.tmp"));
-    fclose(file);
-    file = fopen(in_directory("c.raw.123-0.tmp"), "wb");
-    assert_non_null(file);
-    fclose(file);
+    char pending[300];
+    snprintf(pending, sizeof pending, "%s/c.raw.123-0.tmp\n", directory);
+    write_text("c.raw.work/pending", pending);
+    write_text("c.raw.123-0.tmp", "");
     run_well(TILED "-o @/c.raw --fresh --stats @/s.json");
     assert_true(json_number("s.json", "tiles_computed") == 49);
     assert_true(file_same("a.raw", "c.raw"));
@@ -822,23 +709,14 @@ static void test_mpi(void **state) {
 /* ---- bad input --------------------------------------------------------------------------------------------------- */
 
 /* The first `bytes` of a file, with byte `flip` (if not negative) inverted. */
-static void cut(const char *from, const char *to, long bytes, long flip) {
-    FILE *a = fopen(in_directory(from), "rb"), *b = fopen(in_directory(to), "wb");
-    assert_true(a && b);
-    for (long i = 0; i < bytes; ++i) {
-        int c = getc(a);
-        if (c == EOF)
-            break;
-        putc(i == flip ? c ^ 0xff : c, b);
-    }
-    fclose(a);
-    fclose(b);
-}
-
-static long length_of(const char *name) {
-    struct stat info;
-    assert_int_equal(stat(in_directory(name), &info), 0);
-    return (long)info.st_size;
+static void cut(const uint8_t *whole, const char *to, long bytes, long flip) {
+    uint8_t *part = malloc((size_t)bytes + 1);
+    assert_non_null(part);
+    memcpy(part, whole, (size_t)bytes);
+    if (flip >= 0)
+        part[flip] ^= 0xff;
+    write_bytes(to, part, (size_t)bytes);
+    free(part);
 }
 
 static void test_damaged(void **state) {
@@ -859,16 +737,18 @@ static void test_damaged(void **state) {
         snprintf(part, sizeof part, "in.cut.%s", kinds[k]);
         snprintf(command, sizeof command, "--height @/%s --raw-size 75,58 --pixel-size 1 --directions 2 -o @/v.pfm",
                  part);
-        long length = length_of(whole);
+        size_t size;
+        uint8_t *content = read_bytes(whole, &size);
+        long length = (long)size;
         for (int i = 0; i < 12; ++i) { /* 0 bytes, 1 byte, ... all but one */
             long bytes = i == 0 ? 0 : i == 1 ? 1 : i == 11 ? length - 1 : length * i / 12;
             if (k == 3 && i == 11)
                 continue; /* ends with the place of a next directory, which nobody needs */
-            cut(whole, part, bytes, -1);
+            cut(content, part, bytes, -1);
             run_badly(command, part);
         }
         for (long at = 0; k != 2 && at < 200 && at < length; at += 11) { /* damage: an error, or a result */
-            cut(whole, part, length, at);
+            cut(content, part, length, at);
             int status = run(command);
             const char *end = strchr(message, '\n');
             if (status == 0) {
@@ -878,6 +758,7 @@ static void test_damaged(void **state) {
                 fail_msg("%s with byte %ld inverted: exit status %d, %s", whole, at, status, message);
             check_nothing_left(command);
         }
+        free(content);
         drop(part);
         drop(whole);
     }

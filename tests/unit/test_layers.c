@@ -1,68 +1,23 @@
 /* build/layers as a user meets it: depth layers of small meshes, and what it says to bad input. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "tool.h"
 
 #include "examples/common/image.h"
 
 #include <math.h>
-#include <stdbool.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 enum { SIZE = 40 };
 
-static char directory[200];
-
-/* Runs a program with @ for the directory; its exit status. The last line it said is in `said`. */
-static int run(const char *words, char said[512]) {
-    char command[2048], at[300];
-    size_t n = 0;
-    for (const char *c = words; *c && n + sizeof directory < sizeof command; ++c)
-        n += (size_t)snprintf(command + n, sizeof command - n, *c == '@' ? "%s" : "%.1s", *c == '@' ? directory : c);
-    snprintf(at, sizeof at, "%s/said", directory);
-    snprintf(command + n, sizeof command - n, " > %s 2>&1", at);
-    int status = system(command);
-    FILE *file = fopen(at, "r");
-    size_t got = file ? fread(said, 1, 511, file) : 0;
-    said[got] = '\0';
-    if (file)
-        fclose(file);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
-static void write_text(const char *name, const char *text) {
-    char path[300];
-    snprintf(path, sizeof path, "%s/%s", directory, name);
-    FILE *file = fopen(path, "w");
-    assert_non_null(file);
-    fputs(text, file);
-    assert_int_equal(fclose(file), 0);
-}
-
 static int setup(void **state) {
-    const char *base = getenv("TMPDIR");
     (void)state;
-    snprintf(directory, sizeof directory, "%s/gtao-layers-XXXXXX",
-             base && base[0] && strlen(base) < 150 ? base : "/tmp");
-    return mkdtemp(directory) ? 0 : -1;
+    return make_directory("layers");
 }
 
 static int teardown(void **state) {
-    static const char *const names[] = {"mesh.obj", "said", "out.exr", "ao.pfm"};
-    char path[300];
+    static const char *const names[] = {"mesh.obj", "out.exr", "ao.pfm"};
     (void)state;
-    for (size_t i = 0; i < sizeof names / sizeof *names; ++i) {
-        snprintf(path, sizeof path, "%s/%s", directory, names[i]);
-        unlink(path);
-    }
-    return rmdir(directory); /* fails if anything else was left behind */
+    for (size_t i = 0; i < sizeof names / sizeof *names; ++i)
+        remove_file(names[i]);
+    return remove_directory();
 }
 
 /* Seen from z = 10 down the z axis, near to far: a box from 4 to 3 (view depth 6 to 7), another that overlaps it from 3.5
@@ -93,24 +48,20 @@ static void write_mesh(void) {
 
 static image read_layers(int count) {
     static const char *const names[] = {"Z", "ZBack", "N.Z", "layer2.Z", "layer2.ZBack", "layer3.Z", "layer3.ZBack"};
-    char path[300];
     image img;
     image_error error;
-    snprintf(path, sizeof path, "%s/out.exr", directory);
-    if (!image_read_channels(path, names, count, &img, &error))
+    if (!image_read_channels(in_directory("out.exr"), names, count, &img, &error))
         fail_msg("%s", error.text);
     return img;
 }
 
-static const char *const camera = "--size 40x40 --fov-y 40 --eye 0,0,10 --target 0,0,0 ";
+#define GOOD "@/mesh.obj --size 40x40 --fov-y 40 --eye 0,0,10 --target 0,0,0 --layers 3 -o @/out.exr"
 
 static void test_layers(void **state) {
-    char said[512], command[512];
     static const double expected[7] = {6, 8, -1, 9, 9, 10, 11};
     (void)state;
     write_mesh();
-    snprintf(command, sizeof command, "build/layers @/mesh.obj %s --layers 3 -o @/out.exr", camera);
-    assert_int_equal(run(command, said), 0);
+    run_well(GOOD);
     image img = read_layers(7);
     const float *centre = img.data + 7 * (size_t)(SIZE / 2 * SIZE + SIZE / 2);
     for (int c = 0; c < 7; ++c)
@@ -143,17 +94,14 @@ static void test_layers(void **state) {
 
 /* What it prints runs, and a camera within the mesh needs no clipping. */
 static void test_command(void **state) {
-    char said[512], command[1100], printed[512];
+    char command[1100];
     (void)state;
     write_mesh();
-    snprintf(command, sizeof command, "build/layers @/mesh.obj %s --layers 3 -o @/out.exr", camera);
-    assert_int_equal(run(command, printed), 0);
-    printed[strcspn(printed, "\n")] = '\0';
-    snprintf(command, sizeof command, "build/%s --radius 2 -o @/ao.pfm", printed);
-    if (run(command, said) != 0)
-        fail_msg("%s: %s", printed, said);
-    snprintf(command, sizeof command, "build/layers @/mesh.obj --size 40x40 --eye 0,0,2.5 --target 0,0,0 -o @/out.exr");
-    assert_int_equal(run(command, said), 0);
+    run_well(GOOD);
+    snprintf(command, sizeof command, "build/%s --radius 2 -o @/ao.pfm", strtok(printed, "\n"));
+    if (finish(start(command, 0)) != 0)
+        fail_msg("%s: %s", command, message);
+    run_well("@/mesh.obj --size 40x40 --eye 0,0,2.5 --target 0,0,0 -o @/out.exr");
     image img = read_layers(2);
     const float *centre = img.data + 2 * (size_t)(SIZE / 2 * SIZE + SIZE / 2);
     assert_true(fabsf(centre[0] - 0.5f) < 1e-5f); /* the face through which one leaves the second box */
@@ -184,24 +132,13 @@ static void test_errors(void **state) {
                   {"v 0 0 0\nf 1 2 3\n", "no vertex 2"},
                   {"v 0 0 0\nf 1 1 -2\n", "no vertex -2"},
                   {"v 0 0 0\n", "no faces"}};
-    char said[512], command[600], path[300];
     (void)state;
     write_mesh();
-    snprintf(path, sizeof path, "%s/out.exr", directory);
-    unlink(path);
-    for (size_t i = 0; i < sizeof bad / sizeof *bad + sizeof meshes / sizeof *meshes; ++i) {
-        size_t k = i - sizeof bad / sizeof *bad;
-        bool file = i >= sizeof bad / sizeof *bad;
-        if (file)
-            write_text("mesh.obj", meshes[k].text);
-        snprintf(command, sizeof command, "build/layers %s", file ? "@/mesh.obj -o @/out.exr" : bad[i].words);
-        int status = run(command, said);
-        const char *says = file ? meshes[k].says : bad[i].says;
-        if (status != 2 || !strstr(said, says) || strncmp(said, "layers: ", 8) != 0 ||
-            strchr(said, '\n') != said + strlen(said) - 1)
-            fail_msg("%s: status %d, said: %s, not: %s", command, status, said, says);
-        if (access(path, F_OK) == 0)
-            fail_msg("%s: left a file", command);
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i)
+        run_badly(bad[i].words, bad[i].says);
+    for (size_t i = 0; i < sizeof meshes / sizeof *meshes; ++i) {
+        write_text("mesh.obj", meshes[i].text);
+        run_badly("@/mesh.obj -o @/none.exr", meshes[i].says);
     }
 }
 

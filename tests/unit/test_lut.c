@@ -1,144 +1,22 @@
 /* The table baker as a user meets it: build/lut is run as a child process, and its files are read by parsers of this
  * test's own, from the formats' specifications. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "tool.h"
 
 #include "examples/common/image.h"
 #include "examples/common/volume.h"
 #include "gtso.h"
 
-#include <dirent.h>
-#include <fcntl.h>
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-enum { MAX_ARGS = 40 };
-
-static char directory[256], message[4096], output[65536]; /* of the last run: its standard error and output */
-
-static const char *in_directory(const char *name) {
-    static char path[16][512];
-    static int next;
-    char *p = path[next++ % 16];
-    snprintf(p, sizeof path[0], "%s/%s", directory, name);
-    return p;
-}
-
-static int exists(const char *name) {
-    return access(in_directory(name), F_OK) == 0;
-}
-
-static void remove_file(const char *name) {
-    unlink(in_directory(name));
-}
 
 static int setup(void **state) {
     (void)state;
-    const char *base = getenv("TMPDIR");
-    snprintf(directory, sizeof directory, "%s/gtso-lut-XXXXXX", base && base[0] ? base : "/tmp");
-    return mkdtemp(directory) ? 0 : -1;
+    return make_directory("lut");
 }
 
 static int teardown(void **state) {
     (void)state;
-    remove_file("stderr");
-    remove_file("stdout");
-    return rmdir(directory); /* fails if the tool left anything behind */
-}
-
-static uint8_t *read_bytes(const char *name, size_t *size) {
-    FILE *file = fopen(in_directory(name), "rb");
-    assert_non_null(file);
-    assert_int_equal(fseek(file, 0, SEEK_END), 0);
-    long length = ftell(file);
-    assert_true(length >= 0);
-    rewind(file);
-    uint8_t *bytes = malloc((size_t)length + 1);
-    assert_non_null(bytes);
-    *size = fread(bytes, 1, (size_t)length, file);
-    assert_int_equal(*size, length);
-    bytes[*size] = 0;
-    fclose(file);
-    return bytes;
-}
-
-static void read_text(const char *name, char *text, size_t room) {
-    FILE *file = fopen(in_directory(name), "rb");
-    size_t n = file ? fread(text, 1, room - 1, file) : 0;
-    text[n] = 0;
-    if (file)
-        fclose(file);
-}
-
-/* Runs build/lut with the words of `command`, in which @ stands for the directory. The exit status, or -1. */
-static int run(const char *command) {
-    static char words[8192];
-    char *argv[MAX_ARGS + 2], tool[] = "build/lut";
-    size_t n = 0, used = 0;
-    argv[n++] = tool;
-    for (const char *c = command; *c;) {
-        c += strspn(c, " ");
-        size_t length = strcspn(c, " ");
-        if (!length)
-            break;
-        argv[n++] = words + used;
-        assert_true(n <= MAX_ARGS);
-        for (; length; --length, ++c) {
-            assert_true(used + sizeof directory + 2 < sizeof words);
-            if (*c == '@')
-                used += (size_t)sprintf(words + used, "%s", directory);
-            else
-                words[used++] = *c;
-        }
-        words[used++] = 0;
-    }
-    argv[n] = NULL;
-    fflush(NULL);
-    pid_t child = fork();
-    assert_true(child >= 0);
-    if (child == 0) {
-        int err = open(in_directory("stderr"), O_WRONLY | O_CREAT | O_TRUNC, 0666);
-        int out = open(in_directory("stdout"), O_WRONLY | O_CREAT | O_TRUNC, 0666);
-        if (err < 0 || out < 0 || dup2(err, 2) < 0 || dup2(out, 1) < 0)
-            _exit(100);
-        execv(tool, argv);
-        _exit(101);
-    }
-    int status;
-    assert_int_equal(waitpid(child, &status, 0), child);
-    read_text("stderr", message, sizeof message);
-    read_text("stdout", output, sizeof output);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
-static void run_well(const char *command) {
-    int status = run(command);
-    if (status != 0)
-        fail_msg("lut %s: status %d, %s", command, status, message);
-    assert_string_equal(message, "");
-}
-
-/* One line that contains `expected`, status 2, and no file of the directory but the two streams. */
-static void run_badly(const char *command, const char *expected) {
-    int status = run(command);
-    const char *newline = strchr(message, '\n');
-    if (status != 2 || strncmp(message, "lut: ", 5) != 0 || !strstr(message, expected) || !newline || newline[1])
-        fail_msg("lut %s: status %d, said: %s", command, status, message);
-    DIR *d = opendir(directory);
-    assert_non_null(d);
-    for (struct dirent *e; (e = readdir(d));)
-        if (e->d_name[0] != '.' && strcmp(e->d_name, "stderr") != 0 && strcmp(e->d_name, "stdout") != 0)
-            fail_msg("lut %s: left %s behind", command, e->d_name);
-    closedir(d);
+    return remove_directory();
 }
 
 /* ---- readers ------------------------------------------------------------------------------------------------------ */
@@ -506,7 +384,7 @@ static void test_stats(void **state) {
     run_well("--kind cone --stats --points 2000 --size 12");
     double last = 1;
     int rows = 0, own = 0;
-    for (char *line = output; line && *line; line = strchr(line, '\n')) {
+    for (char *line = printed; line && *line; line = strchr(line, '\n')) {
         int a, b, c;
         double bytes, seconds, rmse, p999, most, rmse16, rmse8, bc4;
         line += *line == '\n';
@@ -556,7 +434,7 @@ static void test_stats(void **state) {
 static void test_help(void **state) {
     (void)state;
     run_well("--help");
-    assert_non_null(strstr(output, "--kind lobe|cone|brdf|bent|env"));
+    assert_non_null(strstr(printed, "--kind lobe|cone|brdf|bent|env"));
 }
 
 static void test_errors(void **state) {
@@ -642,10 +520,7 @@ static void test_reader_refuses(void **state) {
                 memset(copy + (file ? 20 : 12), 0xff, 4); /* width, height */
             else
                 copy[1] ^= 1;
-            FILE *out = fopen(in_directory("bad"), "wb");
-            assert_non_null(out);
-            assert_int_equal(fwrite(copy, 1, length, out), length);
-            fclose(out);
+            write_bytes("bad", copy, length);
             volume v;
             volume_format format;
             image_error error;

@@ -1,44 +1,19 @@
 /* The command-line tool as a user meets it: build/ao is run as a child process on small files. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "tool.h"
 
 #include "examples/common/image.h"
 #include "gtao.h"
 
-#include <dirent.h>
-#include <fcntl.h>
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #define STB_IMAGE_IMPLEMENTATION
 #define STBI_ONLY_PNG
 #include <stb/stb_image.h>
 
-enum { WIDTH = 37, HEIGHT = 29, PIXELS = WIDTH * HEIGHT, MAX_ARGS = 40 };
+enum { WIDTH = 37, HEIGHT = 29, PIXELS = WIDTH * HEIGHT };
 
 static const float focal_px = 40.0f;
-static char directory[256], message[4096]; /* of the last run: what it said on standard error */
-static image depth, normals;               /* the input, normals in the library's axes */
-
-static const char *in_directory(const char *name) {
-    static char path[16][512];
-    static int next;
-    char *p = path[next++ % 16];
-    snprintf(p, sizeof path[0], "%s/%s", directory, name);
-    return p;
-}
-
-static int exists(const char *name) {
-    return access(in_directory(name), F_OK) == 0;
-}
+static image depth, normals; /* the input, normals in the library's axes */
 
 static void save(const char *name, const image *img, const char *const *names) {
     image_pending pending;
@@ -53,9 +28,7 @@ static int setup(void **state) {
     static const char *const names_z[] = {"Z"}, *const names_n[] = {"N.X", "N.Y", "N.Z"};
     (void)state;
     image_error error;
-    const char *base = getenv("TMPDIR");
-    snprintf(directory, sizeof directory, "%s/gtao-tool-XXXXXX", base && base[0] ? base : "/tmp");
-    if (!mkdtemp(directory) || !image_create(&depth, WIDTH, HEIGHT, 1, &error) ||
+    if (make_directory("ao") != 0 || !image_create(&depth, WIDTH, HEIGHT, 1, &error) ||
         !image_create(&normals, WIDTH, HEIGHT, 3, &error))
         return -1;
     for (int i = 0; i < PIXELS; ++i) {
@@ -84,72 +57,14 @@ static int setup(void **state) {
     return 0;
 }
 
-static void remove_file(const char *name) {
-    unlink(in_directory(name));
-}
-
 static int teardown(void **state) {
     (void)state;
-    static const char *const names[] = {"z.exr", "z.pfm", "n.exr", "n.pfm", "stderr", "stdout"};
+    static const char *const names[] = {"z.exr", "z.pfm", "n.exr", "n.pfm"};
     image_free(&depth);
     image_free(&normals);
     for (size_t i = 0; i < sizeof names / sizeof *names; ++i)
         remove_file(names[i]);
-    return rmdir(directory); /* fails if the tool left anything behind */
-}
-
-static void read_text(const char *name, char *text, size_t size) {
-    FILE *file = fopen(in_directory(name), "rb");
-    size_t n = file ? fread(text, 1, size - 1, file) : 0;
-    text[n] = 0;
-    if (file)
-        fclose(file);
-}
-
-/* Runs build/ao with the words of `command`, in which @ stands for the directory. The exit status, or -1. */
-static int run(const char *command) {
-    static char words[8192];
-    char *argv[MAX_ARGS + 2], tool[] = "build/ao";
-    size_t n = 0, used = 0;
-    argv[n++] = tool;
-    for (const char *c = command; *c;) {
-        c += strspn(c, " ");
-        size_t length = strcspn(c, " ");
-        if (!length)
-            break;
-        argv[n++] = words + used;
-        assert_true(n <= MAX_ARGS);
-        for (; length; --length, ++c) {
-            assert_true(used + sizeof directory + 2 < sizeof words);
-            if (*c == '@')
-                used += (size_t)sprintf(words + used, "%s", directory);
-            else
-                words[used++] = *c;
-        }
-        words[used++] = 0;
-    }
-    argv[n] = NULL;
-    fflush(NULL);
-    pid_t child = fork();
-    assert_true(child >= 0);
-    if (child == 0) {
-        int err = open(in_directory("stderr"), O_WRONLY | O_CREAT | O_TRUNC, 0666);
-        int out = open(in_directory("stdout"), O_WRONLY | O_CREAT | O_TRUNC, 0666);
-        if (err < 0 || out < 0 || dup2(err, 2) < 0 || dup2(out, 1) < 0)
-            _exit(100);
-        execv(tool, argv);
-        _exit(101);
-    }
-    int status;
-    assert_int_equal(waitpid(child, &status, 0), child);
-    read_text("stderr", message, sizeof message);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
-static void run_well(const char *command) {
-    int status = run(command);
-    if (status != 0 || message[0])
-        fail_msg("ao %s: exit status %d, %s", command, status, message);
+    return remove_directory();
 }
 
 static void load(const char *name, int channels, image *img) {
@@ -391,16 +306,6 @@ static void test_albedo(void **state) {
     remove_file("c.pfm");
 }
 
-static char *file_bytes(const char *name, size_t *size) {
-    FILE *file = fopen(in_directory(name), "rb");
-    assert_non_null(file);
-    char *bytes = malloc(1 << 20);
-    assert_non_null(bytes);
-    *size = fread(bytes, 1, 1 << 20, file);
-    fclose(file);
-    return bytes;
-}
-
 static void test_threads_and_kernels(void **state) {
     (void)state;
     static const char *const variants[] = {
@@ -409,16 +314,16 @@ static void test_threads_and_kernels(void **state) {
     };
     size_t size[2], n;
     run_well(INPUT "--threads 1 --bent @/b.exr -o @/v.exr");
-    char *v = file_bytes("v.exr", size), *b = file_bytes("b.exr", size + 1);
+    uint8_t *v = read_bytes("v.exr", size), *b = read_bytes("b.exr", size + 1);
     for (size_t i = 0; i < sizeof variants / sizeof *variants; ++i) {
         char command[256];
         snprintf(command, sizeof command, INPUT "%s --bent @/b.exr -o @/v.exr", variants[i]);
         run_well(command);
-        char *again = file_bytes("v.exr", &n);
+        uint8_t *again = read_bytes("v.exr", &n);
         assert_int_equal(n, size[0]);
         assert_memory_equal(again, v, n);
         free(again);
-        again = file_bytes("b.exr", &n);
+        again = read_bytes("b.exr", &n);
         assert_int_equal(n, size[1]);
         assert_memory_equal(again, b, n);
         free(again);
@@ -488,24 +393,17 @@ static void test_data_window(void **state) {
     remove_file("p.exr");
 }
 
-static double number_after(const char *text, const char *key) {
-    const char *at = strstr(text, key);
-    if (!at)
-        fail_msg("no %s in %s", key, text);
-    return strtod(at + strlen(key), NULL);
-}
-
 static void test_stats(void **state) {
     (void)state;
     char text[4096];
     run_well(INPUT "--threads 2 --repeat 4 --isa scalar --albedo 1,1,1 --steps 0 --stats @/s.json -o @/v.pfm");
     read_text("s.json", text, sizeof text);
     assert_int_equal(text[0], '{');
-    assert_true(number_after(text, "\"width\":") == WIDTH);
-    assert_true(number_after(text, "\"height\":") == HEIGHT);
-    assert_true(number_after(text, "\"threads\":") == 2.0);
+    assert_true(number_in(text, "width") == WIDTH);
+    assert_true(number_in(text, "height") == HEIGHT);
+    assert_true(number_in(text, "threads") == 2.0);
     assert_non_null(strstr(text, "\"isa\": \"scalar\""));
-    double total = number_after(text, "\"total_ms\":"), first = number_after(text, "\"ms\":");
+    double total = number_in(text, "total_ms"), first = number_in(text, "ms");
     assert_true(total > 0.0 && first >= 0.0 && first <= total);
     assert_non_null(strstr(text, "\"stages\": ["));
     assert_non_null(strstr(text, "{\"name\": \"visibility\", \"ms\": "));
@@ -514,7 +412,7 @@ static void test_stats(void **state) {
     int sky = 0, braces = 0;
     for (int i = 0; i < PIXELS; ++i)
         sky += depth.data[i] > 1e9f;
-    assert_true(sky > 0 && (int)number_after(text, "\"sky\":") == sky);
+    assert_true(sky > 0 && (int)number_in(text, "sky") == sky);
     for (const char *c = text; *c; ++c)
         braces += *c == '{' || *c == '[' ? 1 : *c == '}' || *c == ']' ? -1 : 0;
     assert_int_equal(braces, 0);
@@ -609,40 +507,13 @@ static void test_help(void **state) {
         "--sh ",     "--threads",     "--no-skip ",       "--repeat ",      "--stats ",  "-o FILE",
         "--back ",   "--layer ",      "--thickness-map ",
     };
-    static char text[16384];
     run_well("--help");
-    read_text("stdout", text, sizeof text);
     for (size_t i = 0; i < sizeof options / sizeof *options; ++i)
-        if (!strstr(text, options[i]))
+        if (!strstr(printed, options[i]))
             fail_msg("--help does not say %s", options[i]);
 }
 
 /* ---- bad runs ----------------------------------------------------------------------------------------------------- */
-
-static int count_files(void) {
-    DIR *d = opendir(directory);
-    assert_non_null(d);
-    int count = 0;
-    while (readdir(d))
-        ++count;
-    closedir(d);
-    return count;
-}
-
-/* Exit status 2, one line that names the culprit, no new file. */
-static void run_badly(const char *command, const char *culprit) {
-    run("--unknown"); /* so that stderr and stdout are there to be counted */
-    int before = count_files(), status = run(command);
-    size_t length = strlen(message);
-    if (status != 2)
-        fail_msg("ao %s: exit status %d, %s", command, status, message);
-    if (length < 8 || strchr(message, '\n') != message + length - 1)
-        fail_msg("ao %s: not one line: %s", command, message);
-    if (!strstr(message, culprit))
-        fail_msg("ao %s: does not name %s: %s", command, culprit, message);
-    if (count_files() != before)
-        fail_msg("ao %s: wrote a file", command);
-}
 
 static void test_bad_options(void **state) {
     (void)state;
@@ -803,9 +674,6 @@ static void test_frames(void **state) {
     memory = calloc(1, size);
     static const char *const names_z[] = {"Z"}, *const names_n[] = {"N.X", "N.Y", "N.Z"};
     char name[32], text[256] = "# world to view\n";
-    image_pending pending;
-    image_error error;
-    memset(&pending, 0, sizeof pending);
     for (int k = 0; k < FRAMES; ++k) {
         snprintf(name, sizeof name, "z.%03d.exr", 7 + k);
         save(name, &depth, names_z);
@@ -813,7 +681,7 @@ static void test_frames(void **state) {
         save(name, &normals, names_n);
         snprintf(text + strlen(text), sizeof text - strlen(text), "1 0 0 %g  0 1 0 0  0 0 1 0\n", -0.125 * k);
     }
-    assert_true(image_write_text(in_directory("camera.txt"), text, &pending, &error) && image_commit(&pending, &error));
+    write_text("camera.txt", text);
     run_well("--sequence @/z.%03d.exr --normal @/n.%03d.exr --frame 7 --focal 40 --preset low --half "
              "--camera @/camera.txt --bent @/b.%d.exr -o @/v.%d.exr --threads 3 --stats @/s.json");
     load("v.9.exr", 1, &v);
@@ -857,10 +725,10 @@ static void test_keeps_old_output(void **state) {
     (void)state;
     run_well(INPUT "-o @/v.exr");
     size_t size, again;
-    char *before = file_bytes("v.exr", &size);
+    uint8_t *before = read_bytes("v.exr", &size);
     run_badly(INPUT "--radius nan -o @/v.exr", "--radius");
     run_badly("--depth @/z.exr --normal @/missing.exr --focal 40 -o @/v.exr", "missing.exr");
-    char *after = file_bytes("v.exr", &again);
+    uint8_t *after = read_bytes("v.exr", &again);
     assert_int_equal(size, again);
     assert_memory_equal(before, after, size);
     free(before);
@@ -873,13 +741,11 @@ static void test_damaged_files(void **state) {
     static const char *const names[] = {"z.exr", "z.pfm"};
     for (int k = 0; k < 2; ++k) {
         size_t size;
-        char *bytes = file_bytes(names[k], &size), cut[32], command[256];
+        uint8_t *bytes = read_bytes(names[k], &size);
+        char cut[32], command[256];
         snprintf(cut, sizeof cut, "cut.%s", names[k]);
         for (int part = 0; part < 4; ++part) {
-            FILE *file = fopen(in_directory(cut), "wb");
-            assert_non_null(file);
-            fwrite(bytes, 1, size * (size_t)part / 4, file);
-            fclose(file);
+            write_bytes(cut, bytes, size * (size_t)part / 4);
             snprintf(command, sizeof command, "--depth @/%s --focal 40 -o @/v.exr", cut);
             run_badly(command, cut);
         }

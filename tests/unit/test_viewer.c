@@ -1,22 +1,12 @@
 /* The renderer in examples/: meshes, the rasteriser against projecting by hand, and build/viewer as a user meets it,
  * without a display and on a virtual one. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "tool.h"
 
 #include "examples/common/court.h"
 #include "examples/common/raster3d.h"
 
 #include <float.h>
 #include <signal.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #define STB_IMAGE_IMPLEMENTATION
 #define STBI_ONLY_PNG
@@ -298,36 +288,17 @@ static void threads_draw_the_same(void **state) {
 
 /* ---- files -------------------------------------------------------------------------------------------------------- */
 
-static char directory[256];
-
-static const char *in_directory(const char *name) {
-    static char path[8][512];
-    static int next;
-    char *p = path[next++ % 8];
-    snprintf(p, sizeof path[0], "%s/%s", directory, name);
-    return p;
-}
-
-static void write_text(const char *name, const char *text) {
-    FILE *file = fopen(in_directory(name), "w");
-    assert_non_null(file);
-    fputs(text, file);
-    assert_int_equal(fclose(file), 0);
-}
-
 static int setup(void **state) {
     (void)state;
-    const char *base = getenv("TMPDIR");
-    snprintf(directory, sizeof directory, "%s/gtao-viewer-XXXXXX", base && base[0] ? base : "/tmp");
-    return mkdtemp(directory) ? 0 : -1;
+    return make_directory("viewer");
 }
 
 static int teardown(void **state) {
     (void)state;
-    static const char *const names[] = {"a.obj", "a.mtl", "stderr", "stdout", "a.png"};
+    static const char *const names[] = {"a.obj", "a.mtl", "a.png"};
     for (size_t i = 0; i < sizeof names / sizeof *names; ++i)
-        unlink(in_directory(names[i]));
-    return rmdir(directory); /* fails if anything was left behind */
+        remove_file(names[i]);
+    return remove_directory();
 }
 
 static void obj_is_read(void **state) {
@@ -379,33 +350,12 @@ static void bad_obj_is_refused(void **state) {
 
 /* ---- the program -------------------------------------------------------------------------------------------------- */
 
-static char said[4096]; /* on standard error, by the last run */
-
-/* Runs a program on `arguments`, in which @ stands for the directory. The exit status, or -1. */
-static int run_program(const char *program, const char *arguments) {
-    char command[4096];
-    size_t n = (size_t)snprintf(command, sizeof command, "exec build/%s ", program);
-    for (const char *a = arguments; *a; ++a)
-        n += (size_t)snprintf(command + n, sizeof command - n, *a == '@' ? "%s" : "%.1s", *a == '@' ? directory : a);
-    snprintf(command + n, sizeof command - n, " >%s 2>%s", in_directory("stdout"), in_directory("stderr"));
-    int status = system(command);
-    FILE *file = fopen(in_directory("stderr"), "r");
-    said[file ? fread(said, 1, sizeof said - 1, file) : 0] = 0;
-    if (file)
-        fclose(file);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
-static int run(const char *arguments) {
-    return run_program("viewer", arguments);
-}
-
 /* The picture a.png has the size asked for and is not blank: its brightness varies, and it has many colours. */
 static void check_picture(int width, int height, double least_deviation) {
     int w, h, channels;
     unsigned char *p = stbi_load(in_directory("a.png"), &w, &h, &channels, 3);
     if (!p)
-        fail_msg("a.png: %s; %s", stbi_failure_reason(), said);
+        fail_msg("a.png: %s; %s", stbi_failure_reason(), message);
     assert_int_equal(w, width);
     assert_int_equal(h, height);
     double sum = 0, squares = 0;
@@ -430,8 +380,8 @@ static void screenshot_needs_no_display(void **state) {
         snprintf(arguments, sizeof arguments, "--screenshot @/a.png --frames 2 --size 200x121 --view %s", views[i]);
         int status = run(arguments);
         if (status)
-            fail_msg("%s: status %d, %s", views[i], status, said);
-        assert_string_equal(said, "");
+            fail_msg("%s: status %d, %s", views[i], status, message);
+        assert_string_equal(message, "");
         check_picture(200, 121, strcmp(views[i], "motion") == 0 ? 2 : 10); /* little moves */
     }
     assert_int_equal(run("--screenshot @/a.png --frames 1 --size 160x90 --without occlusion,bounce --threads 3"), 0);
@@ -449,14 +399,9 @@ static void obj_is_shown(void **state) {
 static void benchmark_prints_a_table(void **state) {
     (void)state;
     assert_int_equal(run("--benchmark --frames 2 --size 64x64 --threads 2"), 0);
-    char text[4096];
-    FILE *file = fopen(in_directory("stdout"), "r");
-    assert_non_null(file);
-    text[fread(text, 1, sizeof text - 1, file)] = 0;
-    fclose(file);
-    assert_non_null(strstr(text, "64x64, 2 threads"));
-    assert_non_null(strstr(text, "no occlusion"));
-    assert_non_null(strstr(text, "frames a second"));
+    assert_non_null(strstr(printed, "64x64, 2 threads"));
+    assert_non_null(strstr(printed, "no occlusion"));
+    assert_non_null(strstr(printed, "frames a second"));
 }
 
 /* All of the sequence, small: each stage does its part, before and after the cut. */
@@ -464,8 +409,8 @@ static void sequence_is_denoised(void **state) {
     (void)state;
     enum { NOISY, SPATIAL, TEMPORAL, VARIANTS = 4, FRAMES = 168, REST = 36, CUT = 132 };
     double rmse[VARIANTS][FRAMES], flicker[VARIANTS][FRAMES], mean;
-    if (run_program("sequence", "--size 64x64 @/sequence"))
-        fail_msg("%s", said);
+    tool = "sequence";
+    run_well("--size 64x64 @/sequence");
     FILE *file = fopen(in_directory("sequence/error.txt"), "r");
     assert_non_null(file);
     for (int i = 0, frame; i < FRAMES; ++i) {
@@ -487,19 +432,6 @@ static void sequence_is_denoised(void **state) {
              in_directory("sequence"));
     assert_int_equal(system(command), 0);
     assert_int_equal(rmdir(in_directory("sequence")), 0);
-}
-
-/* One line that names what is wrong, status 2, no file. */
-static void check_refusals(const char *program, const char *const bad[][2], size_t count) {
-    for (size_t i = 0; i < count; ++i) {
-        int status = run_program(program, bad[i][0]);
-        size_t lines = 0;
-        for (const char *c = said; *c; ++c)
-            lines += *c == '\n';
-        if (status != 2 || lines != 1 || !strstr(said, bad[i][1]))
-            fail_msg("%s: status %d, %s", bad[i][0], status, said);
-        assert_true(access(in_directory("a.png"), F_OK) != 0);
-    }
 }
 
 static void bad_options_are_named(void **state) {
@@ -527,8 +459,11 @@ static void bad_options_are_named(void **state) {
         {"@/none.obj --screenshot @/a.png", "none.obj: cannot be read"},
         {"a.obj b.obj", "b.obj"},
     };
-    check_refusals("viewer", bad, sizeof bad / sizeof *bad);
-    check_refusals("sequence", of_sequence, sizeof of_sequence / sizeof *of_sequence);
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i)
+        run_badly(bad[i][0], bad[i][1]);
+    tool = "sequence";
+    for (size_t i = 0; i < sizeof of_sequence / sizeof *of_sequence; ++i)
+        run_badly(of_sequence[i][0], of_sequence[i][1]);
 }
 
 static void no_display_is_said(void **state) {
@@ -538,7 +473,7 @@ static void no_display_is_said(void **state) {
     setenv("SDL_VIDEODRIVER", "x11", 1);
     assert_int_equal(run("--frames 1 --size 64x64"), 2);
     unsetenv("SDL_VIDEODRIVER");
-    assert_non_null(strstr(said, "window"));
+    assert_non_null(strstr(message, "window"));
 }
 
 /* The window on a virtual display, read back from there: it also has the panel, whose text is bright. */
@@ -582,7 +517,7 @@ static void window_shows_the_scene(void **state) {
     waitpid(server, NULL, 0);
     assert_true(got > 0);
     if (status)
-        fail_msg("status %d, %s", status, said);
+        fail_msg("status %d, %s", status, message);
     check_picture(640, 480, 20);
 }
 
