@@ -1925,8 +1925,8 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
     c->bent = output->bent_normals || output->packed || output->sh || c->signal == 5;
     c->arcs = gtaoi_has_arcs(desc);
     c->inv_falloff = desc->falloff > 0.0f ? 1.0f / desc->falloff : 0.0f;
-    c->plain = !c->orthographic && c->bounded && !c->every_pixel && desc->noise != GTAO_NOISE_HILBERT && !c->cosines &&
-               !c->arcs && !output->sh;
+    c->plain = !desc->far_depth && !c->orthographic && c->bounded && !c->every_pixel &&
+               desc->noise != GTAO_NOISE_HILBERT && !c->cosines && !c->arcs && !output->sh;
     c->z_sky = desc->sky_z > 0.0f ? desc->sky_z : (float)HUGE_VAL;
     if (c->orthographic) {
         float sign = desc->depth_kind == GTAO_DEPTH_HEIGHT ? 1.0f : -1.0f;

@@ -256,20 +256,162 @@ static void stages_and_straight(const char *directory, int width, int height, in
     set_close(&still);
 }
 
-int main(int argc, char **argv) {
-    int quick = 0, width = 1920, height = 1080;
-    const char *directory = "build/bench/tables";
-    for (int i = 1; i < argc; ++i) {
-        if (strcmp(argv[i], "--quick") == 0)
-            quick = 1;
-        else if (strcmp(argv[i], "--size") == 0 && i + 1 < argc && cli_size(argv[i + 1], 64, 4096, &width, &height))
-            ++i;
-        else if (argv[i][0] != '-')
-            directory = argv[i];
-        else
-            return fprintf(stderr, "usage: bench_frames [--quick] [--size WxH] [DIRECTORY]\n"), 2;
+/* ---- error ---------------------------------------------------------------------------------------------------------- */
+
+static double rmse(const float *a, const float *b, size_t n) {
+    double sum = 0;
+    for (size_t i = 0; i < n; ++i)
+        sum += ((double)a[i] - (double)b[i]) * ((double)a[i] - (double)b[i]);
+    return sqrt(sum / (double)n);
+}
+
+/* Seconds it took. */
+static double compute(const gtao_desc *desc, float *visibility) {
+    gtao_output output;
+    size_t size = gtao_scratch_size(desc);
+    void *scratch = take(size);
+    memset(&output, 0, sizeof output);
+    output.visibility = visibility;
+    double start = thread_seconds();
+    gtao_result result = gtao_compute(desc, &output, scratch, size, NULL);
+    double seconds = thread_seconds() - start;
+    if (result != GTAO_OK)
+        fail(gtao_result_string(result));
+    free(scratch);
+    return seconds;
+}
+
+/* A camera at rest: one frame with the spatial filter, and 24 with both, against the mean of 96 slices at every pixel. */
+static void tolerances(const char *directory, int width, int height) {
+    static const struct {
+        const char *name;
+        float depth_tolerance;
+        int half;
+    } rows[] = {{"full, a pixel's footprint", 0, 0},
+                {"full, a tenth of the depth [J16]", 0.1f, 0},
+                {"half, a pixel's footprint", 0, 1},
+                {"half, a tenth of the depth [J16]", 0.1f, 1}};
+    size_t n = (size_t)width * (size_t)height;
+    float *truth = take(n * 4), *one = take(n * 4), *visibility = take(n * 4);
+    stage_set set;
+    set_open(&set, width, height);
+    set_draw(&set, 0);
+    gtao_frame_desc frame = describe(&set);
+    frame.motion = NULL;
+    gtao_desc desc = frame.desc;
+    desc.slices = 4;
+    for (desc.frame = 0; desc.frame < 24; ++desc.frame) {
+        compute(&desc, one);
+        for (size_t i = 0; i < n; ++i)
+            truth[i] += one[i] / 24;
     }
-    width &= ~1, height &= ~1;
-    stages_and_straight(directory, width, height, quick ? 3 : 15);
+    FILE *out = table(directory, "frames-error");
+    fprintf(
+        out,
+        "%dx%d, RMSE against 96 slices at every pixel:\n\n| spatial filter | one frame | 24 frames |\n|---|--:|--:|\n",
+        width, height);
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; ++k) {
+        gtao_frame_desc f = frame;
+        gtao_output output;
+        double error[2];
+        memset(&output, 0, sizeof output);
+        output.visibility = visibility;
+        f.depth_tolerance = rows[k].depth_tolerance;
+        f.half = rows[k].half;
+        for (int temporal = 0; temporal < 2; ++temporal) {
+            f.no_temporal = !temporal;
+            size_t size = gtao_frame_state_size(&f);
+            void *state = take(size);
+            for (int i = 0; i < (temporal ? 24 : 1); ++i)
+                if (gtao_frame(&f, &output, state, size, NULL) != GTAO_OK)
+                    fail("gtao_frame failed");
+            error[temporal] = rmse(visibility, truth, n);
+            free(state);
+        }
+        fprintf(out, "| %s | %.4f | %.4f |\n", rows[k].name, error[0], error[1]);
+    }
+    close_table(out);
+    free(truth), free(one), free(visibility);
+    set_close(&set);
+}
+
+/* Far samples from blocks, at a radius of hundreds of pixels. */
+static void far_samples(const char *directory, int width, int height, int repeat) {
+    enum { FARS = 7 };
+    static const struct {
+        gtao_far kind;
+        int px;
+    } rows[FARS] = {{GTAO_FAR_EXACT, 0},    {GTAO_FAR_NEAREST, 16}, {GTAO_FAR_NEAREST, 32}, {GTAO_FAR_NEAREST, 64},
+                    {GTAO_FAR_AVERAGE, 16}, {GTAO_FAR_AVERAGE, 32}, {GTAO_FAR_AVERAGE, 64}};
+    static const int steps[] = {12, 32};
+    static double seconds[2][FARS][REPEAT_MOST];
+    double error[2][FARS], mean[2][FARS];
+    size_t n = (size_t)width * (size_t)height;
+    float *truth = take(n * 4), *visibility = take(n * 4);
+    stage_set set;
+    set_open(&set, width, height);
+    set_draw(&set, 0);
+    gtao_desc desc = describe(&set).desc;
+    desc.max_radius_px = 0;
+    desc.radius = 4;
+    desc.slices = 32, desc.steps = 128;
+    compute(&desc, truth);
+    desc.slices = 2;
+    for (int r = 0; r < repeat; ++r)
+        for (int m = 0; m < 2; ++m)
+            for (int k = 0; k < FARS; ++k) {
+                desc.steps = steps[m];
+                desc.far_depth = rows[k].kind, desc.far_px = rows[k].px;
+                seconds[m][k][r] = 1e3 * compute(&desc, visibility);
+                error[m][k] = rmse(visibility, truth, n);
+                mean[m][k] = 0;
+                for (size_t i = 0; i < n; ++i)
+                    mean[m][k] += ((double)visibility[i] - (double)truth[i]) / (double)n;
+            }
+    FILE *out = table(directory, "frames-far");
+    fprintf(
+        out,
+        "%dx%d, radius %.0f pixels at the scene's distance, 2 slices, one thread, against 32 slices x 128 samples:\n\n",
+        width, height, (double)(desc.radius * desc.camera.fx) / 8.2);
+    fprintf(out, "| far samples | 12 samples: ms | RMSE | mean | 32 samples: ms | RMSE | mean "
+                 "|\n|---|--:|--:|--:|--:|--:|--:|\n");
+    for (int k = 0; k < FARS; ++k) {
+        if (rows[k].kind)
+            fprintf(out, "| %s from %d pixels |", rows[k].kind == GTAO_FAR_NEAREST ? "nearest" : "average", rows[k].px);
+        else
+            fprintf(out, "| exact |");
+        for (int m = 0; m < 2; ++m)
+            fprintf(out, " %.1f | %.4f | %+.4f |", median(seconds[m][k], repeat), error[m][k], mean[m][k]);
+        fprintf(out, "\n");
+    }
+    close_table(out);
+    free(truth), free(visibility);
+    set_close(&set);
+}
+
+/* ---- command line --------------------------------------------------------------------------------------------------- */
+
+typedef struct options {
+    int quick, size[2];
+    const char *directory;
+} options;
+
+int main(int argc, char **argv) {
+    static const cli_option table_of[] = {
+        {"--quick", NULL, "few repetitions", CLI_FLAG(options, quick)},
+        {"--size", "WxH", "of the frame (1920x1080)", CLI_SIZE(options, size, 64, 4096, NULL)},
+        {"DIRECTORY", NULL, "of the tables (build/bench/tables)", CLI_TEXT(options, directory)}};
+    enum { COUNT = sizeof table_of / sizeof *table_of };
+    static const cli_program program = {
+        "bench_frames", "what frames cost", "[options] [DIRECTORY]", NULL, table_of, COUNT, 0};
+    unsigned char given[COUNT] = {0};
+    options o = {0, {1920, 1080}, "build/bench/tables"};
+    int status = cli_parse(&program, argc, argv, &o, given);
+    if (status != CLI_GO)
+        return status;
+    int width = o.size[0] & ~1, height = o.size[1] & ~1;
+    stages_and_straight(o.directory, width, height, o.quick ? 3 : 15);
+    tolerances(o.directory, width / 2, height / 2);
+    far_samples(o.directory, width, height, o.quick ? 1 : 5);
     return 0;
 }
