@@ -182,7 +182,7 @@ extern "C" {
     X(GTAO_ERROR_OUTPUT_STRIDE,                                                                                        \
       "visibility_stride, bent_stride, bent_components, packed_stride: rows overlap or are misaligned")                \
     X(GTAO_ERROR_OUTPUT_SH, "sh_bands, sh_stride, sh_plane_stride: 0 (3), 2 or 3 bands, apart by multiples of 4 "      \
-                            "bytes; sh: not in a frame")                                                               \
+                            "bytes; of a frame: as frame.sh_bands")                                                    \
     X(GTAO_ERROR_SCRATCH, "scratch, context: null, or smaller than gtao_scratch_size()")                               \
     X(GTAO_ERROR_SWEEP, "estimator, thin_blend, thickness, back, layers, sh, signal: not in a sweep")                  \
     X(GTAO_ERROR_REGION, "region: must be a part of the image, or all zero")                                           \
@@ -194,6 +194,7 @@ extern "C" {
     X(GTAO_ERROR_SIGNAL, "signal_planes: must be 0 (2), 2 or 5, planes and rows multiples of 4 bytes apart")           \
     X(GTAO_ERROR_FRAME, "frame: null pointer")                                                                         \
     X(GTAO_ERROR_REDUCTION, "reduction: unknown")                                                                      \
+    X(GTAO_ERROR_SH_BANDS, "frame.sh_bands: must be 0 (no output.sh), 2 or 3, as output.sh_bands")                     \
     X(GTAO_ERROR_SPATIAL, "spatial_passes: must be 0 (1) or 1..3")                                                     \
     X(GTAO_ERROR_TOLERANCE, "depth_tolerance: must be zero (default) or finite and positive")                          \
     X(GTAO_ERROR_HISTORY, "history: unknown")                                                                          \
@@ -458,6 +459,9 @@ typedef struct gtao_frame_desc {
                             * to zero; orthographic: difference over the radius. [J16] takes 0.1; 0: what a pixel
                             * measures at its depth, which halves the error (docs/accuracy.md) */
 
+    int sh_bands; /* 2 or 3: output.sh of so many bands is wanted, filtered with the same weights. Costs memory, and the
+                   * filters' time two or three times again; 0: no output.sh */
+
     int no_temporal; /* nonzero: no history */
     gtao_history history;
     int max_history;            /* frames at rest, 1..255; 0: 24, all phases of the noise */
@@ -479,7 +483,7 @@ typedef struct gtao_frame_desc {
 GTAO_API size_t gtao_frame_state_size(const gtao_frame_desc *frame);
 
 /* One frame. `state` is zero (or anything, with `cut` set) before the first. `output` as in gtao_compute, without
- * `signal` and without `sh`, for which there is gtao_sh_from_cone. `stats` may be null. */
+ * `signal`; `sh` as sh_bands says (there is gtao_sh_from_cone, too). `stats` may be null. */
 GTAO_API gtao_result gtao_frame(const gtao_frame_desc *frame, const gtao_output *output, void *state, size_t state_size,
                                 gtao_stats *stats);
 
@@ -2238,12 +2242,10 @@ enum {
 enum { /* planes of a signal, as in gtao_output.signal; those of the history */
        GTAOI_SIGNAL_VISIBILITY,
        GTAOI_SIGNAL_WEIGHT,
-       GTAOI_SIGNAL_BENT,
        GTAOI_HISTORY_LENGTH = GTAOI_SIGNAL_WEIGHT,
        GTAOI_HISTORY_SPEED = 5,
-       GTAOI_HISTORY_LAST = 6,      /* visibility of the last frame alone */
-       GTAOI_HISTORY_DEVIATION = 7, /* mean change of it from frame to frame: the noise */
-       GTAOI_HISTORY_PLANES = 8
+       GTAOI_HISTORY_LAST = 6,     /* visibility of the last frame alone */
+       GTAOI_HISTORY_DEVIATION = 7 /* mean change of it from frame to frame: the noise */
 };
 
 /* What makes the history of one frame useless to the next when it changes. */
@@ -2260,6 +2262,7 @@ struct gtao_frame_context {
     gtao_context *pass; /* horizons, at the filters' resolution */
     int scale;          /* pixels of the caller's for one of the filters', along x and y: 1 or 2 */
     int width, height, bent, passes, temporal, fresh;
+    int sets; /* of three more planes that go through the filters: the bent normal, then spherical harmonics */
     ptrdiff_t pitch, plane; /* floats from row to row, from plane to plane */
     float *height_now, *height_before;
     float *raw, *filtered[2]; /* signals: as integrated; after odd and even passes of the spatial filter */
@@ -2279,7 +2282,6 @@ struct gtao_frame_context {
     float before[12];                            /* view_to_previous, translation in units of the heights */
     float before_fx, before_fy, before_cx, before_cy; /* previous camera, filters' resolution */
     float window[2][5];                               /* weights of the first pass and of the others, offsets -2 .. 2 */
-    int window_shift;                                 /* first pass: its window covers -2 .. 1 or -1 .. 2 */
 };
 
 typedef struct gtaoi_state {
@@ -2292,7 +2294,7 @@ typedef struct gtaoi_state {
 typedef struct gtaoi_frame_layout {
     gtao_desc pass; /* of the horizons; pointers still null */
     gtaoi_layout pass_layout;
-    int scale, bent, normals, motion, passes, temporal, tiles_x, tiles_y;
+    int scale, bent, sets, normals, motion, passes, temporal, tiles_x, tiles_y;
     ptrdiff_t pitch;
     uint64_t plane; /* bytes */
     uint64_t heights, raw, filtered[2], history[2], normal, moves, mask, changed, rest, still, nearest, scratch, total;
@@ -2310,6 +2312,8 @@ static gtao_result gtaoi_check_frame(const gtao_frame_desc *f) {
         return GTAO_ERROR_FRAME_ARCS;
     if ((unsigned)f->reduction > GTAO_REDUCE_CHECKERBOARD)
         return GTAO_ERROR_REDUCTION;
+    if (f->sh_bands != 0 && f->sh_bands != 2 && f->sh_bands != 3)
+        return GTAO_ERROR_SH_BANDS;
     if (f->spatial_passes < 0 || f->spatial_passes > 3)
         return GTAO_ERROR_SPATIAL;
     if (!(f->depth_tolerance >= 0.0f && f->depth_tolerance <= FLT_MAX))
@@ -2347,7 +2351,8 @@ static void gtaoi_frame_plan(const gtao_frame_desc *f, int bent, gtaoi_frame_lay
     int i;
     memset(l, 0, sizeof *l);
     l->scale = f->half ? 2 : 1;
-    l->bent = bent;
+    l->bent = bent || f->sh_bands;
+    l->sets = f->sh_bands ? f->sh_bands == 2 ? 3 : 4 : l->bent;
     l->normals = d->normals ? 3 : 0;
     l->motion = f->motion ? 3 : 0;
     l->passes = f->no_spatial ? 0 : f->spatial_passes ? f->spatial_passes : 1;
@@ -2367,14 +2372,14 @@ static void gtaoi_frame_plan(const gtao_frame_desc *f, int bent, gtaoi_frame_lay
         l->pitch += 16;
     l->plane = (uint64_t)l->pitch * (uint64_t)(l->pass.height + 1) * sizeof(float);
 
-    planes = bent ? 5 : 2;
+    planes = 2 + 3 * (uint64_t)l->sets;
     at = (sizeof(gtaoi_state) + 63) / 64 * 64;
     l->heights = at, at += 2 * l->plane;
     l->raw = at, at += planes * l->plane;
     for (i = 0; i < 2; i++)
         l->filtered[i] = at, at += l->passes > i ? planes * l->plane : 0;
     for (i = 0; i < 2; i++)
-        l->history[i] = at, at += l->temporal ? (uint64_t)GTAOI_HISTORY_PLANES * l->plane : 0;
+        l->history[i] = at, at += l->temporal ? (5 + 3 * (uint64_t)gtaoi_imax(l->sets, 1)) * l->plane : 0;
     l->normal = at, at += (uint64_t)l->normals * l->plane;
     l->moves = at, at += (uint64_t)l->motion * l->plane;
     l->nearest = at, at += tiles * sizeof(float);
@@ -2384,6 +2389,14 @@ static void gtaoi_frame_plan(const gtao_frame_desc *f, int bent, gtaoi_frame_lay
     l->mask = at, at += d->mask ? (uint64_t)l->pitch * (uint64_t)l->pass.height : 0;
     l->scratch = (at + 63) / 64 * 64;
     l->total = l->scratch + l->pass_layout.total + 63; /* room to align */
+}
+
+/* Where, in a signal and in a history, the three planes of a set begin. */
+static ptrdiff_t gtaoi_signal_set(const gtao_frame_context *f, int set) {
+    return (2 + 3 * set) * f->plane;
+}
+static ptrdiff_t gtaoi_history_set(const gtao_frame_context *f, int set) {
+    return (set ? 5 + 3 * set : 2) * f->plane;
 }
 
 /* Row y of a plane, or what lies outside the image. */
@@ -2980,7 +2993,7 @@ static void gtaoi_frame_settings(const gtao_frame_desc *f, const gtaoi_frame_lay
                      l->temporal,
                      (int)f->history,
                      f->max_history,
-                     l->bent,
+                     l->sets,
                      l->normals,
                      l->motion,
                      d->mask != 0,
@@ -3014,8 +3027,9 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
         return result;
     if (output && output->signal)
         return GTAO_ERROR_SIGNAL;
-    if (output && output->sh)
-        return GTAO_ERROR_OUTPUT_SH;
+    if (output &&
+        (output->sh ? gtaoi_sh_count(output) : 0) != (frame->sh_bands ? frame->sh_bands * frame->sh_bands : 0))
+        return GTAO_ERROR_SH_BANDS;
     result = gtaoi_check_output(&frame->desc, output);
     if (result != GTAO_OK)
         return result;
@@ -3041,7 +3055,7 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     f->unchanged = frame->unchanged && !f->fresh;
     f->f = *frame;
     f->scale = l.scale, f->width = l.pass.width, f->height = l.pass.height;
-    f->bent = l.bent, f->passes = l.passes, f->temporal = l.temporal;
+    f->bent = l.bent, f->sets = l.sets, f->passes = l.passes, f->temporal = l.temporal;
     f->pitch = l.pitch, f->plane = floats;
     f->tiles_x = l.tiles_x, f->tiles_y = l.tiles_y;
     if (f->f.clamp_window == 0.0f)
@@ -3092,6 +3106,11 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     signal.signal = f->raw;
     signal.signal_stride = f->pitch * 4, signal.signal_plane_stride = floats * 4;
     signal.signal_planes = f->bent ? 5 : 2;
+    if (frame->sh_bands) {
+        signal.sh = f->raw + 5 * floats;
+        signal.sh_stride = f->pitch * 4, signal.sh_plane_stride = floats * 4;
+        signal.sh_bands = frame->sh_bands;
+    }
     {
         /* The planes have padding, which gtao_begin's check of the strides does not know of: so none of it. */
         char *scratch = base + l.scratch;
@@ -3176,7 +3195,7 @@ GTAO_API int gtao_frame_units(const gtao_frame_context *context, int stage) {
 
 GTAO_API void gtao_frame_run(gtao_frame_context *context, int stage, int unit_begin, int unit_end, gtao_stats *stats) {
     gtao_stats unused;
-    int pass, kind = gtaoi_frame_stage(context, stage, &pass), y0, y1;
+    int pass, set = 0, kind = gtaoi_frame_stage(context, stage, &pass), y0, y1;
     gtao_isa isa = context->pass->d.isa;
     if (!stats)
         memset(&unused, 0, sizeof unused), stats = &unused;
@@ -3201,13 +3220,16 @@ GTAO_API void gtao_frame_run(gtao_frame_context *context, int stage, int unit_be
         GTAOI_DISPATCH(isa, gtaoi_visibility, (context->pass, y0, y1, stats));
         break;
     case GTAOI_SPATIAL:
-        GTAOI_DISPATCH(isa, gtaoi_spatial, (context, pass, y0, y1));
+        for (; set < gtaoi_imax(context->sets, 1); set++)
+            GTAOI_DISPATCH(isa, gtaoi_spatial, (context, pass, set, y0, y1));
         break;
     case GTAOI_TEMPORAL:
-        GTAOI_DISPATCH(isa, gtaoi_temporal, (context, y0, y1));
+        for (; set < gtaoi_imax(context->sets, 1); set++)
+            GTAOI_DISPATCH(isa, gtaoi_temporal, (context, set, y0, y1));
         break;
     default:
-        GTAOI_DISPATCH(isa, gtaoi_upsample, (context, y0, y1));
+        for (; set < gtaoi_imax(context->sets, 1); set++)
+            GTAOI_DISPATCH(isa, gtaoi_upsample, (context, set, y0, y1));
         break;
     }
 }
@@ -6728,15 +6750,17 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slope)(const float *const rows[5], int x, GV w0, 
 }
 
 /* [J16] bilateral filter over up to 5x5 pixels: weights fall linearly with the distance from the pixel's plane. Means
- * are taken of differences from the pixel itself, so that what is constant stays so to the bit. */
-GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, int y0, int y1) {
+ * are taken of differences from the pixel itself, so that what is constant stays so to the bit. Of the further planes those of one set; the others are
+ * the same each time. */
+GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, int set, int y0, int y1) {
     GTAOI_NO_CONTRACT
     const float *window = f->window[pass > 0], *in = pass ? f->filtered[!(pass & 1)] : f->raw;
     float *out = f->filtered[pass & 1];
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
     const int first = window[0] == 0.0f, taps = 4 + (!first && window[4] > 0.0f) - (first && window[4] == 0.0f);
     const int plain = window[first] == 1.0f;
-    int x, y, i, j, k, planes = f->bent ? 5 : 2;
+    const ptrdiff_t more = gtaoi_signal_set(f, set);
+    int x, y, i, j, k;
     for (y = y0; y < y1; y++) {
         const float *heights[5], *signal[5];
         float *to = out + (ptrdiff_t)y * f->pitch;
@@ -6752,8 +6776,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, i
                 x += GTAOI_TILE_W - GTAOI_W;
                 continue;
             }
-            for (k = 0; k < planes; k++)
-                centre[k] = GV_LOAD(signal[2] + k * f->plane + x), sum[k] = zero;
+            for (k = 0; k < 2 + 3 * f->bent; k++)
+                centre[k] = GV_LOAD(signal[2] + (k < 2 ? k * f->plane : more + (k - 2) * f->plane) + x), sum[k] = zero;
             if (GM_ANY(solid)) {
                 GTAOI_NAME(gtaoi_slope)(heights, x, w0, tolerance, &gx, &gy, &bend);
                 /* no more than 1e28, from which the sky is still far */
@@ -6780,23 +6804,23 @@ GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, i
                         if (f->bent) {
                             GTAOI_UNROLL
                             for (k = 2; k < 5; k++)
-                                sum[k] =
-                                    GV_ADD(sum[k], GV_MUL(weight, GV_SUB(GV_LOAD(from + k * f->plane), centre[k])));
+                                sum[k] = GV_ADD(sum[k], GV_MUL(weight, GV_SUB(GV_LOAD(from + more + (k - 2) * f->plane),
+                                                                              centre[k])));
                         }
                     }
                 }
                 good = GM_AND(solid, GV_LT(zero, total));
                 inv = GV_DIV(one, total);
                 centre[1] = GV_SELECT(good, GV_DIV(total, shares), centre[1]);
-                for (k = 0; k < planes; k++)
+                for (k = 0; k < 2 + 3 * f->bent; k++)
                     if (k != 1)
                         centre[k] = GV_SELECT(good, GV_ADD(centre[k], GV_MUL(sum[k], inv)), centre[k]);
             }
-            for (k = 0; k < planes; k++)
-                GV_STORE(to + k * f->plane + x, centre[k]);
+            for (k = 0; k < 2 + 3 * f->bent; k++)
+                GV_STORE(to + (k < 2 ? k * f->plane : more + (k - 2) * f->plane) + x, centre[k]);
         }
-        for (k = 0; k < planes; k++)
-            gtaoi_pad_plane(f, to + k * f->plane, 1);
+        for (k = 0; k < 2 + 3 * f->bent; k++)
+            gtaoi_pad_plane(f, to + (k < 2 ? k * f->plane : more + (k - 2) * f->plane), 1);
     }
 }
 
@@ -6870,8 +6894,8 @@ typedef struct GTAOI_HISTORY {
 /* [J16] each of the four bilinear taps is tested on its own, in the one direction that tells disocclusion: a history
  * that was nearer than the surface is another's. Lanes that moved by nearly the same whole pixels are taken together, so
  * that all loads are contiguous: a bilinear weight is the product of two hats, and zero beyond the four taps. */
-GTAOI_FN void GTAOI_NAME(gtaoi_fetch_history)(const gtao_frame_context *f, int x0, GM valid, GV px, GV py, GV pw, GV gx,
-                                              GV gy, const GV *now, GTAOI_HISTORY *h) {
+GTAOI_FN void GTAOI_NAME(gtaoi_fetch_history)(const gtao_frame_context *f, int set, int x0, GM valid, GV px, GV py,
+                                              GV pw, GV gx, GV gy, const GV *now, GTAOI_HISTORY *h) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
     GV bx = GTAOI_NAME(gtaoi_floor)(px), by = GTAOI_NAME(gtaoi_floor)(py), fx = GV_SUB(px, bx), fy = GV_SUB(py, by);
@@ -6879,6 +6903,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_fetch_history)(const gtao_frame_context *f, int x
     GV here = GV_ADD(GV_SET((float)x0), GTAOI_NAME(gtaoi_iota)()), step_x = GV_SUB(bx, here), shift = GV_SUB(px, here);
     GV value[5], weight = zero, length = zero, speed = zero, last = zero, deviation = zero;
     float steps[GTAOI_W], rows[GTAOI_W];
+    const ptrdiff_t more = gtaoi_history_set(f, set);
     int i, j, k;
     GV_STORE(steps, step_x), GV_STORE(rows, by);
     h->blur = GV_ADD(GV_MUL(fx, GV_SUB(one, fx)), GV_MUL(fy, GV_SUB(one, fy)));
@@ -6916,7 +6941,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_fetch_history)(const gtao_frame_context *f, int x
                 if (f->bent) {
                     GTAOI_UNROLL
                     for (k = 2; k < 5; k++)
-                        value[k] = GV_ADD(value[k], GV_MUL(share, GV_SUB(GV_LOAD(history + k * f->plane), now[k])));
+                        value[k] = GV_ADD(value[k],
+                                          GV_MUL(share, GV_SUB(GV_LOAD(history + more + (k - 2) * f->plane), now[k])));
                 }
             }
         }
@@ -6928,11 +6954,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_fetch_history)(const gtao_frame_context *f, int x
 
 /* [J16] exponential accumulation. A pixel's history counts its frames, so that the first ones are averaged; it is at
  * most max_history frames long, less for what moves. */
-GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int y0, int y1) {
+GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, int y0, int y1) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), quarter = GV_SET(0.25f), most = GV_SET((float)f->f.max_history);
     const GV at_speed = GV_SET(gtaoi_min((float)f->f.max_history, 8.0f));
-    int x, y, j, k, planes = f->bent ? 5 : 1;
+    const ptrdiff_t more_now = gtaoi_signal_set(f, set), more = gtaoi_history_set(f, set);
+    const int planes = f->bent ? 5 : 1, kept = 5 + 3 * gtaoi_imax(f->sets, 1);
+    int x, y, j, k;
     for (y = y0; y < y1; y++) {
         const float *heights[5], *signal[3];
         float *to = f->history_now + (ptrdiff_t)y * f->pitch;
@@ -6955,21 +6983,21 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int y0, in
                 size_t n = (size_t)gtaoi_imin(GTAOI_TILE_W, f->width - x) * sizeof(float);
                 /* once both histories hold it, it stands */
                 if (f->still[y / GTAOI_TILE_H * f->tiles_x + x / GTAOI_TILE_W] <= GTAOI_AT_REST + 1 || f->f.no_skip)
-                    for (k = 0; k < GTAOI_HISTORY_PLANES; k++)
+                    for (k = set ? kept : 0; k < kept; k++)
                         memcpy(to + k * f->plane + x, from + k * f->plane, n);
                 x += GTAOI_TILE_W - GTAOI_W;
                 continue;
             }
-            for (k = 0; k < planes; k++)
-                now[k] = GV_LOAD(signal[1] + k * f->plane + x);
+            for (k = 0; k < planes; k += k ? 1 : 2)
+                now[k] = GV_LOAD(signal[1] + (k ? more_now + (k - 2) * f->plane : 0) + x);
             valid = GTAOI_NAME(gtaoi_reproject)(f, column, row, x, y, w0, &px, &py, &pw);
             if (f->moved || f->f.motion)
                 GTAOI_NAME(gtaoi_slope)(heights, x, w0, GTAOI_NAME(gtaoi_tolerance)(f, w0), &gx, &gy, &bend);
-            GTAOI_NAME(gtaoi_fetch_history)(f, x, valid, px, py, pw, gx, gy, now, &h);
+            GTAOI_NAME(gtaoi_fetch_history)(f, set, x, valid, px, py, pw, gx, gy, now, &h);
 
             has = GV_LT(GV_SET(1.0f / 16.0f), h.weight);
             limit = GV_DIV(one, GV_SELECT(has, h.weight, one));
-            for (k = 0; k < planes; k++)
+            for (k = 0; k < planes; k += k ? 1 : 2)
                 past[k] = GV_SELECT(has, GV_ADD(now[k], GV_MUL(h.value[k], limit)), now[k]);
             /* Shorter by the taps that were rejected, and by the detail that reading between pixels costs. */
             length = GV_IF(has, GV_MUL(h.length, GV_SUB(one, GV_MUL(h.blur, GV_SET(GTAOI_BLUR_COST)))));
@@ -7021,15 +7049,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int y0, in
                 GV_MAX(GV_SUB(most, GV_MUL(speed, GV_SET((float)(f->f.max_history - 8) * (1.0f / 16.0f)))), at_speed);
             length = GV_ADD(GV_MIN(length, GV_SUB(limit, one)), one);
             alpha = GV_DIV(one, length);
-            for (k = 0; k < planes; k++)
-                if (k != GTAOI_HISTORY_LENGTH)
-                    GV_STORE(to + k * f->plane + x, GV_ADD(past[k], GV_MUL(alpha, GV_SUB(now[k], past[k]))));
+            for (k = 0; k < planes; k += k ? 1 : 2)
+                GV_STORE(to + (k ? more + (k - 2) * f->plane : 0) + x,
+                         GV_ADD(past[k], GV_MUL(alpha, GV_SUB(now[k], past[k]))));
             GV_STORE(to + GTAOI_HISTORY_LENGTH * f->plane + x, length);
             GV_STORE(to + GTAOI_HISTORY_SPEED * f->plane + x, speed);
             GV_STORE(to + GTAOI_HISTORY_LAST * f->plane + x, now[0]);
             GV_STORE(to + GTAOI_HISTORY_DEVIATION * f->plane + x, deviation);
         }
-        for (k = 0; k < GTAOI_HISTORY_PLANES; k++)
+        for (k = 0; k < kept; k++)
             gtaoi_pad_plane(f, to + k * f->plane, 0);
     }
 }
@@ -7079,9 +7107,9 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_step)(GV before, GV w, GV after, GV tolerance) {
     return GV_IF(trusted, step);
 }
 
-/* `inv`: one over the tolerance. */
+/* `inv`: one over the tolerance; `more_at`: where the three further planes begin. */
 GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TAPS *taps, int i, GV w, GV inv,
-                                     GV *out) {
+                                     ptrdiff_t more_at, GV *out) {
     GTAOI_NO_CONTRACT
     static const float bilinear[4] = {9.0f / 16.0f, 3.0f / 16.0f, 3.0f / 16.0f, 1.0f / 16.0f};
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
@@ -7110,20 +7138,23 @@ GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TA
             share[t] = GV_MUL(away[t], total);
     }
     for (k = 0; k < planes; k += k ? 1 : 2) {
-        GV own = GV_LOAD(taps->signal[0] + k * f->plane + i), more = zero;
+        ptrdiff_t plane = k ? more_at + (k - 2) * f->plane : 0;
+        GV own = GV_LOAD(taps->signal[0] + plane + i), more = zero;
         GTAOI_UNROLL
         for (t = 1; t < 4; t++)
-            more = GV_ADD(more, GV_MUL(share[t], GV_SUB(GV_LOAD(taps->signal[t] + k * f->plane + i), own)));
+            more = GV_ADD(more, GV_MUL(share[t], GV_SUB(GV_LOAD(taps->signal[t] + plane + i), own)));
         out[k] = GV_ADD(own, GV_IF(solid, more));
     }
     out[0] = GV_SELECT(solid, out[0], one);
 }
 
-/* Joint bilateral upsampling and output; [y0, y1) are rows of the filters. */
-GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, int y1) {
+/* Joint bilateral upsampling and output; [y0, y1) are rows of the filters. The first set is the bent normal, the others
+ * are three spherical harmonics each. */
+GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int set, int y0, int y1) {
     GTAOI_NO_CONTRACT
     const gtao_context *c = &f->full;
     const GV zero = GV_SET(0.0f);
+    const ptrdiff_t more = f->temporal ? gtaoi_history_set(f, set) : gtaoi_signal_set(f, set);
     int x, x0, y, i, j, k, r, s = f->scale, planes = f->bent ? 5 : 1;
     for (y = y0; y < y1; y++)
         for (r = 0; r < s && y * s + r < c->d.height; r++)
@@ -7144,8 +7175,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
                     GV pixel[2][5];
                     x = x0 + i;
                     if (s == 1) {
-                        for (k = 0; k < planes; k++)
-                            pixel[0][k] = GV_LOAD(v[1] + k * f->plane + x);
+                        for (k = 0; k < planes; k += k ? 1 : 2)
+                            pixel[0][k] = GV_LOAD(v[1] + (k ? more + (k - 2) * f->plane : 0) + x);
                     } else {
                         int other = r ? 2 : 0;
                         GV w0 = GV_LOAD(h[1] + x), w[2], rise_x, rise_y, own_x, own_y, tolerance, inv;
@@ -7169,10 +7200,10 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
                         odd.height[1] = h[1] + 1, odd.height[3] = h[other] + 1;
                         odd.signal[1] = v[1] + 1, odd.signal[3] = v[other] + 1;
                         GTAOI_NAME(gtaoi_load2)(heights + 2 * i, &w[0], &w[1]);
-                        GTAOI_NAME(gtaoi_join)(f, &even, x, w[0], inv, pixel[0]);
-                        GTAOI_NAME(gtaoi_join)(f, &odd, x, w[1], inv, pixel[1]);
+                        GTAOI_NAME(gtaoi_join)(f, &even, x, w[0], inv, more, pixel[0]);
+                        GTAOI_NAME(gtaoi_join)(f, &odd, x, w[1], inv, more, pixel[1]);
                     }
-                    if (f->bent) {
+                    if (f->bent && !set) {
                         GV n[3];
                         for (k = 0; k < 3; k++)
                             n[k] =
@@ -7201,6 +7232,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
                             else
                                 GTAOI_NAME(gtaoi_store2)(to, pixel[0][k], pixel[1][k]);
                         }
+                }
+                if (set) {
+                    for (k = 0; k < 3 && 3 * (set - 1) + k < gtaoi_sh_count(&c->o); k++)
+                        memcpy((char *)c->o.sh + (3 * (set - 1) + k) * c->o.sh_plane_stride +
+                                   (ptrdiff_t)full_y * c->o.sh_stride + (ptrdiff_t)(x0 * s) * 4,
+                               planar[k + 1], (size_t)count * 4);
+                    continue;
                 }
                 for (i = 0; f->bent && i < count; i += GTAOI_W) {
                     int to = c->o.bent_normals && !c->o.packed, last = gtaoi_imin(GTAOI_W, count - i) - 1;

@@ -108,6 +108,8 @@ static uint64_t hash_frames(const frame_setting *f, gtao_isa isa) {
         if (sequence_run(&q, k, NULL) != GTAO_OK)
             h = 0;
         h = hash_plane(hash_plane(hash_plane(h, &q.out.visibility), &q.out.bent), &q.out.packed);
+        if (q.out.sh.memory)
+            h = hash_plane(h, &q.out.sh);
     }
     sequence_free(&q);
     return h;

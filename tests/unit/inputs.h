@@ -439,7 +439,8 @@ static inline sequence sequence_make(const setting *s, int width, int height, co
     if (!q.state || !q.state_size)
         abort();
     memset(q.state, 0xFF, q.state_size); /* whatever is read must have been written */
-    q.out = result_make(&q.in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 4, l, 0);
+    q.out = result_make(&q.in.desc, options->sh_bands ? WANT_EVERYTHING : WANT_ALL, GTAO_FORMAT_FLOAT, 4, l, 0);
+    q.out.output.sh_bands = options->sh_bands;
     return q;
 }
 
@@ -496,6 +497,8 @@ static const frame_setting frame_settings[] = {
      {.half = 1, .view_to_previous = {1, 0, 0.01f, 0.02f, 0, 1, 0, -0.01f, -0.01f, 0, 1, 0.05f}}},
     {"frame-motion", {.half = 1, .motion_components = 2}},
     {"frame-motion-in-depth", {.motion_components = 3, .clamp_window = 0.1f}},
+    {"frame-sh", {.half = 1, .sh_bands = 3, .motion_components = 2}},
+    {"frame-sh-two-bands", {.sh_bands = 2, .spatial_passes = 2, .no_temporal = 1}},
 };
 
 enum { FRAME_SETTING_COUNT = (int)(sizeof frame_settings / sizeof frame_settings[0]) };
