@@ -202,7 +202,7 @@ extern "C" {
     X(GTAO_ERROR_CLAMP_WINDOW, "clamp_window: must be zero (default) or finite and positive")                          \
     X(GTAO_ERROR_VIEW_TO_PREVIOUS, "view_to_previous: must be finite")                                                 \
     X(GTAO_ERROR_MOTION, "motion_stride, motion_components: 0 (2), 2 or 3 floats, rows apart by multiples of 4 bytes") \
-    X(GTAO_ERROR_FRAME_ARCS, "desc.thickness_map, back, layers: not in frames, only a constant thickness")             \
+    X(GTAO_ERROR_FRAME_ARCS, "desc.back, layers: not in frames; thickness, thickness_map are")                         \
     X(GTAO_ERROR_STATE, "state, context: null, or smaller than gtao_frame_state_size()")
 
 typedef enum gtao_result {
@@ -473,8 +473,8 @@ typedef struct gtao_frame_desc {
     int motion_components; /* floats a pixel: 0 (2), 2, or 3: the third is the previous view depth z' minus z */
     int cut;               /* nonzero: forget the history */
 
-    int no_skip;   /* nonzero: compute also what did not change; the results are the same */
-    int unchanged; /* nonzero: camera, depth, normals and mask are those of the previous frame, and nothing moves. Saves
+    int no_skip; /* nonzero: compute also what did not change; the results are the same */
+    int unchanged; /* nonzero: camera, depth, normals, thickness_map and mask are those of the previous frame, and nothing moves. Saves
                     * reading them to find that out; ignored in the first frame */
 } gtao_frame_desc;
 
@@ -2269,6 +2269,7 @@ struct gtao_frame_context {
     float *history_now, *history_before;
     const float *signal, *result; /* after the spatial filter; after the temporal one */
     float *normals, *motion;      /* planes x, y, z of the chosen pixels: unit normals, motion in pixels */
+    float *thickness;             /* of the chosen pixels; 0: none is known */
     uint8_t *mask;                /* rows of pass->d.mask_stride bytes */
     int tiles_x, tiles_y;
     uint8_t *changed, *rest;                     /* of each tile: inputs changed now; at rest, history stands still */
@@ -2297,7 +2298,8 @@ typedef struct gtaoi_frame_layout {
     int scale, bent, sets, normals, motion, passes, temporal, tiles_x, tiles_y;
     ptrdiff_t pitch;
     uint64_t plane; /* bytes */
-    uint64_t heights, raw, filtered[2], history[2], normal, moves, mask, changed, rest, still, nearest, scratch, total;
+    uint64_t heights, raw, filtered[2], history[2], normal, moves, thickness, mask, changed, rest, still, nearest,
+        scratch, total;
 } gtaoi_frame_layout;
 
 static gtao_result gtaoi_check_frame(const gtao_frame_desc *f) {
@@ -2308,7 +2310,7 @@ static gtao_result gtaoi_check_frame(const gtao_frame_desc *f) {
     result = gtaoi_check_desc(&f->desc);
     if (result != GTAO_OK)
         return result;
-    if (f->desc.thickness_map || f->desc.back || f->desc.layer_count > 0)
+    if (f->desc.back || f->desc.layer_count > 0)
         return GTAO_ERROR_FRAME_ARCS;
     if ((unsigned)f->reduction > GTAO_REDUCE_CHECKERBOARD)
         return GTAO_ERROR_REDUCTION;
@@ -2382,6 +2384,7 @@ static void gtaoi_frame_plan(const gtao_frame_desc *f, int bent, gtaoi_frame_lay
         l->history[i] = at, at += l->temporal ? (5 + 3 * (uint64_t)gtaoi_imax(l->sets, 1)) * l->plane : 0;
     l->normal = at, at += (uint64_t)l->normals * l->plane;
     l->moves = at, at += (uint64_t)l->motion * l->plane;
+    l->thickness = at, at += d->thickness_map ? l->plane : 0;
     l->nearest = at, at += tiles * sizeof(float);
     l->still = at, at += tiles * sizeof(uint16_t);
     l->changed = at, at += tiles;
@@ -2998,6 +3001,7 @@ static void gtaoi_frame_settings(const gtao_frame_desc *f, const gtaoi_frame_lay
                      l->motion,
                      d->mask != 0,
                      (int)d->depth_kind,
+                     d->thickness_map != 0,
                      (int)d->far_depth,
                      d->far_px};
     const float x[] = {d->radius,       d->falloff,   d->step_power, d->thin_blend, f->depth_tolerance,
@@ -3075,6 +3079,7 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     f->raw = GTAOI_PLANES(l.raw);
     f->filtered[0] = GTAOI_PLANES(l.filtered[0]), f->filtered[1] = GTAOI_PLANES(l.filtered[1]);
     f->normals = GTAOI_PLANES(l.normal), f->motion = GTAOI_PLANES(l.moves);
+    f->thickness = GTAOI_PLANES(l.thickness);
 #undef GTAOI_PLANES
     f->signal = f->passes == 0 ? f->raw : f->filtered[f->passes == 2];
     f->result = f->temporal ? f->history_now : f->signal;
@@ -3100,6 +3105,7 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     l.pass.device_scale = 1.0f, l.pass.device_bias = 0.0f;
     l.pass.normals = frame->desc.normals ? f->normals : 0;
     l.pass.normal_stride = f->pitch * 4, l.pass.normal_components = 3;
+    l.pass.thickness_map = frame->desc.thickness_map ? f->thickness : 0, l.pass.thickness_stride = f->pitch * 4;
     l.pass.mask = frame->desc.mask ? f->mask : 0, l.pass.mask_stride = f->pitch;
     l.pass.frame = frame->desc.frame + s->count;
     memset(&signal, 0, sizeof signal);
@@ -6567,7 +6573,7 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_choose)(const gtao_frame_context *f, const GV w[4],
     return GV_ADD(chosen, GV_IF(smooth, GV_MUL(half, GV_ADD(across, down))));
 }
 
-/* Components 0 .. 2 (or 1) of the chosen pixels of one image, as planes. `which` is 0 .. 3 in each block. */
+/* Components 0 .. 2 (of fewer: those) of the chosen pixels of one image, as planes. `which` is 0 .. 3 in each block. */
 GTAOI_FN void GTAOI_NAME(gtaoi_pick)(const gtao_frame_context *f, const void *image, ptrdiff_t stride, int components,
                                      int x0, int y, int count, const float *which, float values[3][GTAOI_TILE_W]) {
     const int s = f->scale, row = y * s, width = f->full.d.width;
@@ -6638,6 +6644,16 @@ GTAOI_FN int GTAOI_NAME(gtaoi_reduce_rest)(const gtao_frame_context *f, int x0, 
                 changed |= GM_BITS(GV_EQ(m, zero)) != GTAOI_ALL;
                 GV_STORE(motion + k * f->plane + i, k < 2 ? GV_MUL(m, to_pass) : m);
             }
+    }
+    if (d->thickness_map) {
+        float *to = f->thickness + (ptrdiff_t)y * f->pitch + x0;
+        GTAOI_NAME(gtaoi_pick)(f, d->thickness_map, d->thickness_stride, 1, x0, y, count, which, values);
+        for (i = 0; i < count; i += GTAOI_W) {
+            GV t = GV_LOAD(values[0] + i);
+            t = GV_IF(GV_LT(GV_SET(0.0f), t), t);
+            changed |= GM_BITS(GV_EQ(t, GV_LOAD(to + i))) != GTAOI_ALL;
+            GV_STORE(to + i, t);
+        }
     }
     if (d->mask) {
         uint8_t *mask = f->mask + (ptrdiff_t)y * f->pass->d.mask_stride + x0;

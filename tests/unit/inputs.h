@@ -422,8 +422,8 @@ typedef struct sequence {
 static inline sequence sequence_make(const setting *s, int width, int height, const gtao_frame_desc *options,
                                      layout l) {
     sequence q;
-    setting plain = *s; /* frames take a constant thickness only */
-    plain.given &= WITH_MASK;
+    setting plain = *s; /* frames take neither backs nor layers */
+    plain.given &= WITH_MASK | WITH_MAP;
     memset(&q, 0, sizeof q);
     q.width = width, q.height = height;
     q.in = input_make(&plain, width, height, l);

@@ -353,6 +353,60 @@ static void bent_normals_alone_are_the_same(void **state) {
         }
 }
 
+/* ---- thickness --------------------------------------------------------------------------------------------------- */
+
+/* A map of one value is that thickness, at both resolutions; without filters a frame is gtao_compute; and a change of
+ * the map wakes what is at rest. */
+static void thickness_maps_are_read(void **state) {
+    static const setting with_map = {"map", 1, WITH_MAP, {PERSPECTIVE, .radius = 1.5f, .slices = 1, .steps = 8}};
+    enum { WIDTH = 93, HEIGHT = 47 };
+    (void)state;
+    for (int half = 0; half < 2; half++) {
+        const gtao_frame_desc filters = {.half = half};
+        sequence map = sequence_make(&with_map, WIDTH, HEIGHT, &filters, tight), constant;
+        setting one = with_map;
+        one.given = 0, one.desc.thickness = 0.25f;
+        constant = sequence_make(&one, WIDTH, HEIGHT, &filters, tight);
+        for (int y = 0; y < HEIGHT; y++)
+            for (int x = 0; x < WIDTH; x++)
+                memcpy(plane_row(&map.in.map, y) + 4 * x, &one.desc.thickness, 4);
+        for (int k = 0; k < 90; k++) {
+            if (k < 4) {
+                sequence_fill(&map, &with_map, k);
+                sequence_fill(&constant, &one, k);
+            }
+            run(&map, k, NULL);
+            run(&constant, k, NULL);
+            assert_true(result_equal(&map.out, &constant.out));
+        }
+        memset(plane_row(&map.in.map, 10), 0, 4 * WIDTH); /* endless */
+        memset(plane_row(&map.in.map, 11), 0, 4 * WIDTH);
+        run(&map, 90, NULL);
+        run(&constant, 90, NULL);
+        assert_false(result_equal(&map.out, &constant.out));
+        sequence_free(&map);
+        sequence_free(&constant);
+    }
+    {
+        const gtao_frame_desc plain = {.no_spatial = 1, .no_temporal = 1};
+        sequence q = sequence_make(&with_map, WIDTH, HEIGHT, &plain, tight);
+        result r = result_make(&q.in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 4, tight, 0);
+        sequence_fill(&q, &with_map, 0);
+        run(&q, 0, NULL);
+        assert_int_equal(gtao_compute(&q.in.desc, &r.output, r.scratch, r.scratch_size, NULL), GTAO_OK);
+        for (int y = 0; y < HEIGHT; y++) /* but for the normals' rounding */
+            for (int x = 0; x < WIDTH; x++) {
+                float a, b;
+                memcpy(&a, plane_row(&q.out.visibility, y) + 4 * x, 4);
+                memcpy(&b, plane_row(&r.visibility, y) + 4 * x, 4);
+                if (!(fabsf(a - b) < 1e-3f))
+                    fail_msg("(%d, %d): %g, gtao_compute %g", x, y, (double)a, (double)b);
+            }
+        result_free(&r);
+        sequence_free(&q);
+    }
+}
+
 /* ---- errors ----------------------------------------------------------------------------------------------------- */
 
 static void every_error_fires(void **state) {
@@ -374,7 +428,6 @@ static void every_error_fires(void **state) {
     assert_int_equal(gtao_frame(NULL, &output, q.state, q.state_size, NULL), GTAO_ERROR_FRAME);
     assert_int_equal(gtao_frame_state_size(NULL), 0);
     EXPECT(GTAO_ERROR_SIZE, f.desc.width = 0);
-    EXPECT(GTAO_ERROR_FRAME_ARCS, f.desc.thickness_map = f.desc.depth);
     EXPECT(GTAO_ERROR_FRAME_ARCS, f.desc.back = f.desc.depth);
     EXPECT(GTAO_ERROR_FRAME_ARCS, (layer.depth = f.desc.depth, f.desc.layers = &layer, f.desc.layer_count = 1));
     EXPECT(GTAO_ERROR_REDUCTION, f.reduction = (gtao_reduction)3);
@@ -443,17 +496,22 @@ static void signal_is_the_output_before_filters(void **state) {
 
 int main(void) {
     enum { SETTINGS = sizeof settings / sizeof settings[0] };
-    struct CMUnitTest tests[SETTINGS + 10] = {
-        cmocka_unit_test(harmonics_follow_the_rest), cmocka_unit_test(bent_normals_alone_are_the_same),
-        cmocka_unit_test(splits_and_strides_agree),  cmocka_unit_test(open_planes_stay_open),
-        cmocka_unit_test(bad_values_give_good_ones), cmocka_unit_test(one_nan_neither_spreads_nor_stays),
-        cmocka_unit_test(skipping_changes_no_bit),   cmocka_unit_test(history_starts_anew),
-        cmocka_unit_test(every_error_fires),         cmocka_unit_test(signal_is_the_output_before_filters)};
+    struct CMUnitTest tests[SETTINGS + 11] = {cmocka_unit_test(thickness_maps_are_read),
+                                              cmocka_unit_test(harmonics_follow_the_rest),
+                                              cmocka_unit_test(bent_normals_alone_are_the_same),
+                                              cmocka_unit_test(splits_and_strides_agree),
+                                              cmocka_unit_test(open_planes_stay_open),
+                                              cmocka_unit_test(bad_values_give_good_ones),
+                                              cmocka_unit_test(one_nan_neither_spreads_nor_stays),
+                                              cmocka_unit_test(skipping_changes_no_bit),
+                                              cmocka_unit_test(history_starts_anew),
+                                              cmocka_unit_test(every_error_fires),
+                                              cmocka_unit_test(signal_is_the_output_before_filters)};
     static char names[SETTINGS][64];
     for (int i = 0; i < SETTINGS; i++) {
         struct CMUnitTest test = {names[i], isas_agree, NULL, NULL, (void *)(uintptr_t)&settings[i]};
         snprintf(names[i], sizeof names[i], "isas_agree: %s", settings[i].name);
-        tests[10 + i] = test;
+        tests[11 + i] = test;
     }
     return cmocka_run_group_tests_name("frame", tests, NULL, NULL);
 }
