@@ -452,6 +452,7 @@ typedef struct gtao_frame_desc {
 
     int half;                 /* nonzero: everything between reduce and upsample at half resolution */
     gtao_reduction reduction; /* with half */
+    int upsample_normals;     /* nonzero: upsampling heeds normals, too; a little better, and dear: docs/frames.md */
 
     int no_spatial;        /* nonzero: no spatial filter */
     int spatial_passes;    /* 1..3; 0: 1. The first covers 4x4 pixels, the others smooth what is left */
@@ -7111,8 +7112,55 @@ GTAOI_FI void GTAOI_NAME(gtaoi_unit_bent)(const gtao_context *c, GV b[3], const 
 typedef struct GTAOI_TAPS {
     const float *height[4]; /* the blocks' heights and signals */
     const float *signal[4];
-    GV rise[4]; /* from the pixel to the middle of the block, where both are of one surface */
+    GV rise[4];  /* from the pixel to the middle of the block, where both are of one surface */
+    GV alike[4]; /* how well their normals fit */
+    GM crease;   /* whether any fits badly */
 } GTAOI_TAPS;
+
+GTAOI_FI GV GTAOI_NAME(gtaoi_dot)(const GV a[3], const GV b[3]) {
+    GTAOI_NO_CONTRACT
+    return GV_ADD(GV_ADD(GV_MUL(a[0], b[0]), GV_MUL(a[1], b[1])), GV_MUL(a[2], b[2]));
+}
+
+/* How well the normals of the blocks fit that of one of the caller's pixels, column + 2 lane of row y; 1 everywhere, and
+ * the caller's normals are not read, where those of the blocks are alike. n: normals of the four blocks. */
+GTAOI_FN void GTAOI_NAME(gtaoi_alike)(const gtao_frame_context *f, GTAOI_TAPS *taps, GV n[4][3], GM solid, int column,
+                                      int y) {
+    GTAOI_NO_CONTRACT
+    const gtao_desc *d = &f->full.d;
+    const GV one = GV_SET(1.0f), zero = GV_SET(0.0f);
+    GV least = one, own[3], len2, scale;
+    GM known, given[4];
+    float values[3][GTAOI_W];
+    int i, k, t;
+    GTAOI_UNROLL
+    for (t = 0; t < 4; t++) {
+        given[t] = GV_LT(GV_SET(0.5f), GTAOI_NAME(gtaoi_dot)(n[t], n[t])); /* or 0: unknown */
+        least = GV_SELECT(GM_AND(given[0], given[t]), GV_MIN(least, GTAOI_NAME(gtaoi_dot)(n[0], n[t])), least);
+    }
+    taps->crease = GM_AND(solid, GV_LT(least, GV_SET(0.9f)));
+    if (!GM_ANY(taps->crease))
+        return;
+    for (i = 0; i < GTAOI_W; i++) {
+        const char *row = (const char *)d->normals + (ptrdiff_t)y * d->normal_stride;
+        const float *from = (const float *)(const void *)row +
+                            (ptrdiff_t)gtaoi_imin(column + 2 * i, d->width - 1) * d->normal_components;
+        for (k = 0; k < 3; k++)
+            values[k][i] = from[k];
+    }
+    for (k = 0; k < 3; k++)
+        own[k] = GV_LOAD(values[k]);
+    len2 = GTAOI_NAME(gtaoi_dot)(own, own);
+    known = GM_AND(GV_LE(GV_SET(1e-30f), len2), GV_LE(len2, GV_SET(FLT_MAX)));
+    scale = GV_DIV(one, GV_SQRT(GV_SELECT(known, len2, one)));
+    taps->crease = GM_AND(taps->crease, known);
+    GTAOI_UNROLL
+    for (t = 0; t < 4; t++) { /* all at 26 degrees, nothing at 60 */
+        GV dot = GTAOI_NAME(gtaoi_dot)(own, n[t]);
+        dot = GV_MIN(GV_MAX(GV_MUL(GV_SUB(GV_MUL(dot, scale), GV_SET(0.5f)), GV_SET(2.5f)), zero), one);
+        taps->alike[t] = GV_SELECT(GM_AND(taps->crease, given[t]), dot, one);
+    }
+}
 
 /* What the height rises from a block to the next, along x or y, by the smoother side; 0 where neither side belongs to
  * it. */
@@ -7136,7 +7184,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TA
     for (t = 0; t < 4; t++)
         away[t] = GV_MUL(GV_ABS(GV_SUB(GV_LOAD(taps->height[t] + i), GV_ADD(w, taps->rise[t]))), inv);
     fits = GV_LE(GV_MAX(GV_MAX(away[0], away[1]), GV_MAX(away[2], away[3])), one);
-    same = !GM_ANY(GM_ANDNOT(solid, fits));
+    same = !GM_ANY(GM_OR(GM_ANDNOT(solid, fits), taps->crease));
     GTAOI_UNROLL
     for (t = 0; t < 4; t++)
         share[t] = GV_SET(bilinear[t]);
@@ -7145,7 +7193,10 @@ GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TA
         GTAOI_UNROLL
         for (t = 0; t < 4; t++) {
             away[t] = GV_MAX(GV_SUB(GV_SET(2.0f), away[t]), GV_IF(GV_LE(away[t], least), GV_SET(1e-6f)));
-            away[t] = GV_MUL(GV_MIN(GV_MAX(away[t], zero), one), share[t]);
+            away[t] = GV_MIN(GV_MAX(away[t], zero), one);
+            if (GM_ANY(taps->crease))
+                away[t] = GV_MAX(GV_MUL(away[t], taps->alike[t]), GV_IF(GV_LT(zero, away[t]), GV_SET(1e-6f)));
+            away[t] = GV_MUL(away[t], share[t]);
             total = GV_ADD(total, away[t]);
         }
         total = GV_DIV(one, total); /* 1 to the bit where all fit */
@@ -7216,6 +7267,22 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int set, i
                         odd.height[1] = h[1] + 1, odd.height[3] = h[other] + 1;
                         odd.signal[1] = v[1] + 1, odd.signal[3] = v[other] + 1;
                         GTAOI_NAME(gtaoi_load2)(heights + 2 * i, &w[0], &w[1]);
+                        even.crease = odd.crease = GV_LT(zero, zero);
+                        if (c->d.normals && f->f.upsample_normals) {
+                            const float *at = f->normals + (ptrdiff_t)y * f->pitch + x;
+                            ptrdiff_t down = r ? f->pitch : -f->pitch;
+                            GV n[4][3], m[4][3];
+                            if (y + 2 * r - 1 < 0 || y + 2 * r - 1 >= f->height)
+                                down = 0;
+                            for (k = 0; k < 3; k++, at += f->plane) {
+                                n[0][k] = m[0][k] = GV_LOAD(at), n[2][k] = m[2][k] = GV_LOAD(at + down);
+                                n[1][k] = GV_LOAD(at - 1), n[3][k] = GV_LOAD(at + down - 1);
+                                m[1][k] = GV_LOAD(at + 1), m[3][k] = GV_LOAD(at + down + 1);
+                            }
+                            GTAOI_NAME(gtaoi_alike)(f, &even, n, GV_LT(GV_SET(GTAOI_SKY_LIMIT), w[0]), 2 * x, full_y);
+                            GTAOI_NAME(gtaoi_alike)
+                            (f, &odd, m, GV_LT(GV_SET(GTAOI_SKY_LIMIT), w[1]), 2 * x + 1, full_y);
+                        }
                         GTAOI_NAME(gtaoi_join)(f, &even, x, w[0], inv, more, pixel[0]);
                         GTAOI_NAME(gtaoi_join)(f, &odd, x, w[1], inv, more, pixel[1]);
                     }

@@ -84,7 +84,7 @@ static gtao_frame_desc describe(const stage_set *s) {
 
 typedef struct variant {
     const char *title;
-    int full, bent, rest;
+    int full, bent, guided, rest;
     gtao_isa isa;
     void *state;
     size_t size;
@@ -105,6 +105,7 @@ static void run_variant(variant *v, const gtao_frame_desc *frame, float *visibil
     f.half = !v->full;
     f.desc.isa = v->isa;
     f.unchanged = v->rest == 2;
+    f.upsample_normals = v->guided;
     if (!v->state) {
         v->size = gtao_frame_state_size(&f);
         v->state = take(v->size);
@@ -150,9 +151,10 @@ static void close_table(FILE *file) {
 }
 
 static void stages_and_straight(const char *directory, int width, int height, int repeat) {
-    enum { MOVING, BENT, AVX2, FULL, REST, TOLD, VARIANTS };
+    enum { MOVING, BENT, GUIDED, AVX2, FULL, REST, TOLD, VARIANTS };
     static variant v[VARIANTS] = {{.title = "half"},
                                   {.title = "half, with bent normals", .bent = 1},
+                                  {.title = "half, normals guide upsampling", .guided = 1},
                                   {.title = "half, AVX2", .isa = GTAO_ISA_AVX2},
                                   {.title = "full", .full = 1},
                                   {.title = "half, nothing moves", .rest = 1},
@@ -286,11 +288,12 @@ static void tolerances(const char *directory, int width, int height) {
     static const struct {
         const char *name;
         float depth_tolerance;
-        int half;
-    } rows[] = {{"full, a pixel's footprint", 0, 0},
-                {"full, a tenth of the depth [J16]", 0.1f, 0},
-                {"half, a pixel's footprint", 0, 1},
-                {"half, a tenth of the depth [J16]", 0.1f, 1}};
+        int half, guided;
+    } rows[] = {{"full, a pixel's footprint", 0, 0, 0},
+                {"full, a tenth of the depth [J16]", 0.1f, 0, 0},
+                {"half, a pixel's footprint", 0, 1, 0},
+                {"and normals guide upsampling", 0, 1, 1},
+                {"half, a tenth of the depth [J16]", 0.1f, 1, 0}};
     size_t n = (size_t)width * (size_t)height;
     float *truth = take(n * 4), *one = take(n * 4), *visibility = take(n * 4);
     stage_set set;
@@ -318,6 +321,7 @@ static void tolerances(const char *directory, int width, int height) {
         output.visibility = visibility;
         f.depth_tolerance = rows[k].depth_tolerance;
         f.half = rows[k].half;
+        f.upsample_normals = rows[k].guided;
         for (int temporal = 0; temporal < 2; ++temporal) {
             f.no_temporal = !temporal;
             size_t size = gtao_frame_state_size(&f);

@@ -497,6 +497,7 @@ static const frame_setting frame_settings[] = {
      {.half = 1, .view_to_previous = {1, 0, 0.01f, 0.02f, 0, 1, 0, -0.01f, -0.01f, 0, 1, 0.05f}}},
     {"frame-motion", {.half = 1, .motion_components = 2}},
     {"frame-motion-in-depth", {.motion_components = 3, .clamp_window = 0.1f}},
+    {"frame-upsample-normals", {.half = 1, .upsample_normals = 1}},
     {"frame-sh", {.half = 1, .sh_bands = 3, .motion_components = 2}},
     {"frame-sh-two-bands", {.sh_bands = 2, .spatial_passes = 2, .no_temporal = 1}},
 };
