@@ -67,7 +67,7 @@ bench_programs := $(foreach f,$(benches),$(call program_of,$(f)))
 suite_programs := $(foreach f,$(suites),build/tests/$(basename $(notdir $(f))))
 objects = $(patsubst %.c,$(obj)/%.o,$(1))
 
-.PHONY: all bake-mpi bench-bake bench-frames bench-gis demo demo-sequence test suites determinism golden strict bench specular fuzz msan figures \
+.PHONY: all bake-mpi bench-bake bench-frames bench-gis demo demo-sequence test suites determinism golden instructions instructions-record strict bench specular fuzz msan figures \
     format check-format coverage clean FORCE
 .DELETE_ON_ERROR:
 .PRECIOUS: build/setup/%
@@ -176,7 +176,7 @@ bench-gis: build/bake build/bake_bench | build/setup/gis
 	tests/bench/gis.sh
 
 test: $(suite_programs) $(programs) bake-mpi | build/setup/test
-	@tests/run.sh $(suite_programs) tests/determinism.sh
+	@tests/run.sh $(suite_programs) tests/determinism.sh tests/instructions.sh
 
 suites: $(suite_programs) $(programs) bake-mpi
 	@tests/run.sh $(suite_programs)
@@ -186,6 +186,12 @@ determinism: | build/setup/test
 
 golden: | build/setup/test
 	tests/determinism.sh --write
+
+instructions: | build/setup/test
+	@tests/run.sh tests/instructions.sh
+
+instructions-record: | build/setup/test
+	tests/instructions.sh --write
 
 strict: | build/setup/strict
 	@tests/run.sh tests/strict/strict.sh

@@ -2157,7 +2157,9 @@ GTAOI_INLINE int gtaoi_highest(unsigned m) {
 #endif
 }
 
-GTAOI_INLINE int gtaoi_popcount(unsigned m) { /* of 16 bits */
+GTAOI_INLINE int gtaoi_popcount(unsigned m) {    /* of 16 bits */
+    if (m == 0xffffu || m == 0xffu || m == 0xfu) /* whole groups */
+        return m == 0xffffu ? 16 : m == 0xffu ? 8 : 4;
     m = (m & 0x5555u) + (m >> 1 & 0x5555u);
     m = (m & 0x3333u) + (m >> 2 & 0x3333u);
     m = (m & 0x0f0fu) + (m >> 4 & 0x0f0fu);
@@ -4385,7 +4387,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const GTAOI_PIXEL *
     GTAOI_HORIZONS s = *horizons;
     GTAOI_SAMPLE a, b;
     for (; n0 > 0 || n1 > 0; n0 -= CHUNK, n1 -= CHUNK, q += CHUNK) {
-        int both = gtaoi_imin(gtaoi_imin(n0, n1), CHUNK), rest = gtaoi_imin(gtaoi_imax(n0, n1), CHUNK), j, side;
+        int both = gtaoi_imin(gtaoi_imin(n0, n1), CHUNK), rest = gtaoi_imin(gtaoi_imax(n0, n1), CHUNK), j;
         unsigned fading = 0;
         for (j = 0; j < both; j++) {
             GM fade_a = GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 0, at, q + j, &a, orthographic, bounded, ring);
@@ -4405,11 +4407,14 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const GTAOI_PIXEL *
         while (ring && fading) {
             j = gtaoi_lowest(fading);
             fading &= fading - 1;
-            for (side = 0; side < 2; side++)
-                if (j < (side ? n1 : n0)) {
-                    GM fade = GTAOI_NAME(gtaoi_visit)(c, p, f, &s, side, at, q + j, &a, orthographic, bounded, ring);
-                    GTAOI_NAME(gtaoi_fade)(c, f, &s, side, &a, fade);
-                }
+            if (j < n0) {
+                GM fade = GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 0, at, q + j, &a, orthographic, bounded, ring);
+                GTAOI_NAME(gtaoi_fade)(c, f, &s, 0, &a, fade);
+            }
+            if (j < n1) {
+                GM fade = GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 1, at, q + j, &b, orthographic, bounded, ring);
+                GTAOI_NAME(gtaoi_fade)(c, f, &s, 1, &b, fade);
+            }
         }
     }
     *horizons = s;
@@ -6357,7 +6362,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_search_plain)(const gtao_context *c, const GTAOI_
                                              const float *keys, int x, int y, gtaoi_over *over, gtao_stats *stats) {
     GTAOI_NO_CONTRACT
     const int *count = c->count + (size_t)index * (size_t)c->classes;
-    int x1 = x + (GTAOI_W - 1) * c->period, i, open = c->d.border == GTAO_BORDER_OPEN;
+    int x1 = x + (GTAOI_W - 1) * c->period, open = c->d.border == GTAO_BORDER_OPEN;
     int beside = (GTAOI_PAD - 1) * c->period; /* columns that have heights left and right of the image, on any border */
     unsigned bits = GM_BITS(active);
     do {
@@ -6384,10 +6389,9 @@ GTAOI_FI void GTAOI_NAME(gtaoi_search_plain)(const gtao_context *c, const GTAOI_
             GTAOI_NAME(gtaoi_search_list)(c, &pixel, &frame, &moved, at, index, q, 0, n, x, y);
             found = moved;
         }
-        for (i = 0; i < 2; i++) {
-            s->rise[i] = GV_SELECT(own, found.rise[i], s->rise[i]);
-            s->cosine[i] = GV_SELECT(own, found.cosine[i], s->cosine[i]);
-        }
+        s->rise[0] = GV_SELECT(own, found.rise[0], s->rise[0]), s->rise[1] = GV_SELECT(own, found.rise[1], s->rise[1]);
+        s->cosine[0] = GV_SELECT(own, found.cosine[0], s->cosine[0]);
+        s->cosine[1] = GV_SELECT(own, found.cosine[1], s->cosine[1]);
         active = GM_ANDNOT(active, own);
         bits = GM_BITS(active);
     } while (bits);

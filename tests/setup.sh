@@ -64,6 +64,7 @@ for part in "$@"; do
         need gcc-aarch64-linux-gnu tool aarch64-linux-gnu-gcc
         need libc6-dev-arm64-cross links aarch64-linux-gnu-gcc -static
         need qemu-user tool qemu-aarch64
+        need valgrind tool valgrind
         ;;
     strict)
         need g++ tool g++
