@@ -3143,7 +3143,7 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     x = gtaoi_max(f->pass->cx, (float)f->width - f->pass->cx) * f->pass->bx1;
     y = gtaoi_max(f->pass->cy, (float)f->height - f->pass->cy) * f->pass->by1;
     f->ray_max = f->pass->orthographic ? 1.0f : sqrtf(gtaoi_min(x * x + y * y + 1.0f, 1e30f));
-    if (f->temporal && !f->fresh) /* nothing to average the first frame with */
+    if (f->temporal)
         memcpy(f->window[0], (l.pass.frame & 1) ? odd : even, sizeof even);
     else
         memcpy(f->window[0], centred, sizeof centred);
