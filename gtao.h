@@ -474,9 +474,9 @@ typedef struct gtao_frame_desc {
     int motion_components; /* floats a pixel: 0 (2), 2, or 3: the third is the previous view depth z' minus z */
     int cut;               /* nonzero: forget the history */
 
-    int no_skip; /* nonzero: compute also what did not change; the results are the same */
-    int unchanged; /* nonzero: camera, depth, normals, thickness_map and mask are those of the previous frame, and nothing moves. Saves
-                    * reading them to find that out; ignored in the first frame */
+    int no_skip;   /* nonzero: compute also what did not change; the results are the same */
+    int unchanged; /* nonzero: camera, depth, normals, thickness_map and mask are those of the previous frame, and
+                    * nothing moves. Saves reading them to find that out; ignored in the first frame */
 } gtao_frame_desc;
 
 /* Bytes of state for this description, or 0 if it is invalid. All frames of a sequence need the same size; when it or
@@ -2085,8 +2085,8 @@ static void gtaoi_border_rows(const gtao_context *c, float *w, int y) {
     }
 }
 
-/* Visibility v, bent normals b (3 floats a pixel; null: already there) and the further planes s of the signal of n pixels from (x, y), in
- * image order, to the caller's buffers. */
+/* Visibility v, bent normals b (3 floats a pixel; null: already there) and the further planes s of the signal of n
+ * pixels from (x, y), in image order, to the caller's buffers. */
 static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float *v, const float *b,
                         float s[][4 * GTAOI_LANES]) {
     const gtao_output *o = &c->o;

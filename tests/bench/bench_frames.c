@@ -404,7 +404,8 @@ int main(int argc, char **argv) {
     static const cli_option table_of[] = {
         {"--quick", NULL, "few repetitions", CLI_FLAG(options, quick)},
         {"--size", "WxH", "of the frame (1920x1080)", CLI_SIZE(options, size, 64, 4096, NULL)},
-        {"DIRECTORY", NULL, "of the tables (build/bench/tables)", CLI_TEXT(options, directory)}};
+        {"DIRECTORY", "", "of the tables (build/bench/tables)", CLI_TEXT(options, directory),
+         .expected = "a directory"}};
     enum { COUNT = sizeof table_of / sizeof *table_of };
     static const cli_program program = {
         "bench_frames", "what frames cost", "[options] [DIRECTORY]", NULL, table_of, COUNT, 0};
