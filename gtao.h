@@ -6771,8 +6771,8 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slope)(const float *const rows[5], int x, GV w0, 
 }
 
 /* [J16] bilateral filter over up to 5x5 pixels: weights fall linearly with the distance from the pixel's plane. Means
- * are taken of differences from the pixel itself, so that what is constant stays so to the bit. Of the further planes those of one set; the others are
- * the same each time. */
+ * are taken of differences from the pixel itself, so that what is constant stays so to the bit. Of the further planes
+ * those of one set; visibility and weight are the same each time. */
 GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, int set, int y0, int y1) {
     GTAOI_NO_CONTRACT
     const float *window = f->window[pass > 0], *in = pass ? f->filtered[!(pass & 1)] : f->raw;

@@ -410,10 +410,12 @@ int main(int argc, char **argv) {
     static const cli_program program = {
         "bench_frames", "what frames cost", "[options] [DIRECTORY]", NULL, table_of, COUNT, 0};
     unsigned char given[COUNT] = {0};
-    options o = {0, {1920, 1080}, "build/bench/tables"};
+    options o = {0, {1920, 1080}, NULL};
     int status = cli_parse(&program, argc, argv, &o, given);
     if (status != CLI_GO)
         return status;
+    if (!o.directory)
+        o.directory = "build/bench/tables";
     int width = o.size[0] & ~1, height = o.size[1] & ~1;
     stages_and_straight(o.directory, width, height, o.quick ? 3 : 15);
     tolerances(o.directory, width / 2, height / 2);
