@@ -6931,8 +6931,9 @@ GTAOI_FN void GTAOI_NAME(gtaoi_fetch_history)(const gtao_frame_context *f, int s
     value[0] = value[2] = value[3] = value[4] = zero;
     while (GM_ANY(valid)) {
         int first = GTAOI_NAME(gtaoi_first)(GM_BITS(valid));
-        GM lanes = GM_AND(valid, GM_AND(GV_LE(GV_ABS(GV_SUB(step_x, GV_SET(steps[first]))), one),
-                                        GV_LE(GV_ABS(GV_SUB(by, GV_SET(rows[first]))), one)));
+        GM near_x = GV_LE(GV_ABS(GV_SUB(step_x, GV_SET(steps[first]))), one), lanes = GM_AND(valid, near_x);
+        GM near_y = GV_LE(GV_ABS(GV_SUB(by, GV_SET(rows[first]))), one);
+        lanes = GM_AND(lanes, near_y);
         for (j = -1; j < 3; j++) {
             int row = (int)rows[first] + j, column = x0 + (int)steps[first] - 1;
             GV dy = GV_SUB(GV_SET((float)row), py), wy = GV_MAX(GV_SUB(one, GV_ABS(dy)), zero), expected;
