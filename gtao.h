@@ -178,6 +178,8 @@ extern "C" {
     X(GTAO_ERROR_ARCS, "thickness, thickness_map, back, layers: not with the memo estimator or thin_blend")            \
     X(GTAO_ERROR_ESTIMATOR, "estimator: unknown")                                                                      \
     X(GTAO_ERROR_WEIGHTING, "weighting: unknown")                                                                      \
+    X(GTAO_ERROR_FAR,                                                                                                  \
+      "far_depth, far_px: unknown, below 8 px, or not with this noise, border, every_pixel, thickness, cosines")       \
     X(GTAO_ERROR_NOISE, "noise: unknown")                                                                              \
     X(GTAO_ERROR_TARGET, "error_target: must be 0 or positive, with the memo's noise; no frame, sweep, horizons")      \
     X(GTAO_ERROR_ISA, "isa: unknown, not compiled in, or not supported by this machine")                               \
@@ -186,7 +188,7 @@ extern "C" {
     X(GTAO_ERROR_OUTPUT_STRIDE,                                                                                        \
       "visibility_stride, bent_stride, bent_components, packed_stride: rows overlap or are misaligned")                \
     X(GTAO_ERROR_OUTPUT_SH, "sh_bands, sh_stride, sh_plane_stride: 0 (3), 2 or 3 bands, apart by multiples of 4 "      \
-                            "bytes; sh: not in a frame")                                                               \
+                            "bytes; of a frame: as frame.sh_bands")                                                    \
     X(GTAO_ERROR_SCRATCH, "scratch, context: null, or smaller than gtao_scratch_size()")                               \
     X(GTAO_ERROR_SWEEP, "estimator, thin_blend, thickness, back, layers, signal, horizons ..: not in a sweep")         \
     X(GTAO_ERROR_REGION, "region: must be a part of the image, or all zero")                                           \
@@ -198,6 +200,7 @@ extern "C" {
     X(GTAO_ERROR_SIGNAL, "signal_planes: must be 0 (2), 2 or 5, planes and rows multiples of 4 bytes apart")           \
     X(GTAO_ERROR_FRAME, "frame: null pointer")                                                                         \
     X(GTAO_ERROR_REDUCTION, "reduction: unknown")                                                                      \
+    X(GTAO_ERROR_SH_BANDS, "frame.sh_bands: must be 0 (no output.sh), 2 or 3, as output.sh_bands")                     \
     X(GTAO_ERROR_SPATIAL, "spatial_passes: must be 0 (1) or 1..3")                                                     \
     X(GTAO_ERROR_TOLERANCE, "depth_tolerance: must be zero (default) or finite and positive")                          \
     X(GTAO_ERROR_HISTORY, "history: unknown")                                                                          \
@@ -205,7 +208,7 @@ extern "C" {
     X(GTAO_ERROR_CLAMP_WINDOW, "clamp_window: must be zero (default) or finite and positive")                          \
     X(GTAO_ERROR_VIEW_TO_PREVIOUS, "view_to_previous: must be finite")                                                 \
     X(GTAO_ERROR_MOTION, "motion_stride, motion_components: 0 (2), 2 or 3 floats, rows apart by multiples of 4 bytes") \
-    X(GTAO_ERROR_FRAME_ARCS, "desc.thickness_map, back, layers: not in frames, only a constant thickness")             \
+    X(GTAO_ERROR_FRAME_ARCS, "desc.back, layers: not in frames; thickness, thickness_map are")                         \
     X(GTAO_ERROR_STATE, "state, context: null, or smaller than gtao_frame_state_size()")
 
 typedef enum gtao_result {
@@ -264,6 +267,13 @@ typedef enum gtao_noise {
     GTAO_NOISE_HILBERT = 1, /* Hilbert index of a 64x64 tile into the R2 sequence, 64 frames */
     GTAO_NOISE_NONE = 2     /* slice angles pi (k + 1/2) / slices and step offset 1/2 at every pixel */
 } gtao_noise;
+
+typedef enum gtao_far { /* what samples far from their pixel read: the depth chain of [J16], of one level */
+                        GTAO_FAR_EXACT = 0,   /* the same heights as near ones */
+                        GTAO_FAR_NEAREST = 1, /* 4x4 pixels as one: nearest of 2x2, twice [J16] */
+                        GTAO_FAR_AVERAGE =
+                            2 /* their mean, without what is more than 3/4 of the radius before the rest */
+} gtao_far;
 
 typedef enum gtao_isa {
     GTAO_ISA_AUTO = 0,
@@ -354,6 +364,11 @@ typedef struct gtao_desc {
     gtao_weighting weighting;
     gtao_noise noise;
     uint32_t frame; /* selects the temporal rotation and offset of the noise */
+
+    /* Less memory traffic for radii of hundreds of pixels, at some error: docs/frames.md. With the memo's noise, an open
+     * border and `steps` only; not with thickness, thin_blend or the memo's estimator. */
+    gtao_far far_depth;
+    int far_px; /* samples at least so far from their pixel are far: 8 or more; 0: 32 */
 
     gtao_isa isa;
 
@@ -542,12 +557,16 @@ typedef struct gtao_frame_desc {
 
     int half;                 /* nonzero: everything between reduce and upsample at half resolution */
     gtao_reduction reduction; /* with half */
+    int upsample_normals;     /* nonzero: upsampling heeds normals, too; a little better, and dear: docs/frames.md */
 
     int no_spatial;        /* nonzero: no spatial filter */
     int spatial_passes;    /* 1..3; 0: 1. The first covers 4x4 pixels, the others smooth what is left */
     float depth_tolerance; /* relative difference of depth from the pixel's plane at which another's weight has fallen
                             * to zero; orthographic: difference over the radius. [J16] takes 0.1; 0: what a pixel
                             * measures at its depth, which halves the error (docs/accuracy.md) */
+
+    int sh_bands; /* 2 or 3: output.sh of so many bands is wanted, filtered with the same weights. Costs memory, and the
+                   * filters' time two or three times again; 0: no output.sh */
 
     int no_temporal; /* nonzero: no history */
     gtao_history history;
@@ -560,7 +579,9 @@ typedef struct gtao_frame_desc {
     int motion_components; /* floats a pixel: 0 (2), 2, or 3: the third is the previous view depth z' minus z */
     int cut;               /* nonzero: forget the history */
 
-    int no_skip; /* nonzero: compute also what did not change; the results are the same */
+    int no_skip;   /* nonzero: compute also what did not change; the results are the same */
+    int unchanged; /* nonzero: camera, depth, normals, thickness_map and mask are those of the previous frame, and
+                    * nothing moves. Saves reading them to find that out; ignored in the first frame */
 } gtao_frame_desc;
 
 /* Bytes of state for this description, or 0 if it is invalid. All frames of a sequence need the same size; when it or
@@ -568,7 +589,7 @@ typedef struct gtao_frame_desc {
 GTAO_API size_t gtao_frame_state_size(const gtao_frame_desc *frame);
 
 /* One frame. `state` is zero (or anything, with `cut` set) before the first. `output` as in gtao_compute, without
- * `signal` and without `sh`, for which there is gtao_sh_from_cone. `stats` may be null. */
+ * `signal`; `sh` as sh_bands says (there is gtao_sh_from_cone, too). `stats` may be null. */
 GTAO_API gtao_result gtao_frame(const gtao_frame_desc *frame, const gtao_output *output, void *state, size_t state_size,
                                 gtao_stats *stats);
 
@@ -864,6 +885,13 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #else
 #define GTAOI_INLINE static inline
 #define GTAOI_TARGET(isa)
+#endif
+
+/* Before a loop of few, constant rounds over arrays of vectors, which gcc -O2 otherwise keeps in memory. */
+#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 8
+#define GTAOI_UNROLL _Pragma("GCC unroll 8")
+#else
+#define GTAOI_UNROLL
 #endif
 
 /* The lines of n floats ahead of a stream; never faults. */
@@ -1407,6 +1435,12 @@ typedef struct gtaoi_taps {
     float inv_length[2], ux[2], uy[2];
 } gtaoi_taps;
 
+/* A far sample on both sides: blocks of 4x4 pixels, by where their centres lie from the pixel. */
+typedef struct gtaoi_far {
+    float inv_length[2], ux[2], uy[2];
+    int32_t offset[2]; /* in the plane of blocks */
+} gtaoi_far;
+
 typedef struct gtaoi_slice {
     float dx, dy; /* unit screen direction */
     float bx, by; /* the same in units of the ray r: (dx / fx, dy / fy), or (dx, dy sy / sx) orthographic */
@@ -1460,19 +1494,23 @@ struct gtao_context {
     gtaoi_sample *sample;            /* [period^2][slices][classes or 1][max_steps] */
     gtaoi_taps *taps;                /* every-pixel mode: [period^2][slices][GTAOI_NEAR] */
     int *count;                      /* [period^2][slices][classes] */
-    float *noise;                    /* per-pixel noise: [64][64 + GTAOI_LANES][2 planes] */
-    float *step;                     /* per-pixel noise: ((j + offset) / steps)^power, [steps][64 offsets] */
-    int slice_begin, slice_end;      /* the slices of this pass over the rows: all of them, or a sweep's batch */
-    int x_begin, x_end;              /* columns that are wanted */
-    const struct gtaoi_pass *pass;   /* of a sweep; null: none */
-    float rise_min;                  /* rises in cot h that do not count */
-    unsigned skips;                  /* gtao_skip flags that these settings allow */
-    int cells_x, cells_y;            /* of 16x16 pixels */
-    ptrdiff_t cell_pitch;            /* floats from one row of cells to the next */
-    float *cell[GTAOI_CELL_PLANES];  /* what they hold */
-    uint32_t *prepared;              /* of each row: the range that it was last prepared in */
-    struct gtaoi_effort *effort;     /* error_target; null: none */
-    float *keep;                     /* height and tilt of each pixel go there, planes of gtaoi_effort; null: nowhere */
+    gtaoi_far *far_sample;           /* with far_depth: as `sample` */
+    int *far_begin;                  /* and as `count`: the first of a list that are far */
+    float *far_w;                    /* heights of 4x4 pixels, at row 0 */
+    ptrdiff_t far_pitch;
+    float *noise;                   /* per-pixel noise: [64][64 + GTAOI_LANES][2 planes] */
+    float *step;                    /* per-pixel noise: ((j + offset) / steps)^power, [steps][64 offsets] */
+    int slice_begin, slice_end;     /* the slices of this pass over the rows: all of them, or a sweep's batch */
+    int x_begin, x_end;             /* columns that are wanted */
+    const struct gtaoi_pass *pass;  /* of a sweep; null: none */
+    float rise_min;                 /* rises in cot h that do not count */
+    unsigned skips;                 /* gtao_skip flags that these settings allow */
+    int cells_x, cells_y;           /* of 16x16 pixels */
+    ptrdiff_t cell_pitch;           /* floats from one row of cells to the next */
+    float *cell[GTAOI_CELL_PLANES]; /* what they hold */
+    uint32_t *prepared;             /* of each row: the range that it was last prepared in */
+    struct gtaoi_effort *effort;    /* error_target; null: none */
+    float *keep;                    /* height and tilt of each pixel go there, planes of gtaoi_effort; null: nowhere */
 };
 
 typedef struct gtaoi_layout {
@@ -1485,6 +1523,8 @@ typedef struct gtaoi_layout {
     int levels, effort_planes;
     ptrdiff_t effort_pitch;
     uint64_t effort, effort_plane, tiles, level_tables[8];
+    uint64_t far_sample, far_begin, far_w;
+    ptrdiff_t far_pitch;
 } gtaoi_layout;
 
 /* ---- effort by need ---- */
@@ -1661,7 +1701,12 @@ static gtao_result gtaoi_check_desc(const gtao_desc *d) {
         return GTAO_ERROR_WEIGHTING;
     if ((unsigned)d->noise > GTAO_NOISE_NONE)
         return GTAO_ERROR_NOISE;
-    if (!(d->error_target >= 0.0f) || (d->error_target > 0.0f && d->noise != GTAO_NOISE_MEMO))
+    if ((unsigned)d->far_depth > GTAO_FAR_AVERAGE || (d->far_px != 0 && d->far_px < 8) ||
+        (d->far_depth && (d->noise != GTAO_NOISE_MEMO || d->border != GTAO_BORDER_OPEN || d->every_pixel ||
+                          (d->steps ? d->steps : gtaoi_presets[d->preset].steps) == 0 || gtaoi_has_arcs(d) ||
+                          d->thin_blend > 0.0f || d->estimator == GTAO_ESTIMATOR_MEMO)))
+        return GTAO_ERROR_FAR;
+    if (!(d->error_target >= 0.0f) || (d->error_target > 0.0f && (d->noise != GTAO_NOISE_MEMO || d->far_depth)))
         return GTAO_ERROR_TARGET;
     if (!gtao_isa_available(d->isa))
         return GTAO_ERROR_ISA;
@@ -1809,6 +1854,14 @@ static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
     l->prepared = l->cells + GTAOI_CELL_PLANES * sizeof(float) * (uint64_t)gtaoi_cell_pitch(d->width) *
                                  (uint64_t)((d->height + GTAOI_CELL - 1) / GTAOI_CELL);
     l->total = l->prepared + (uint64_t)d->height * sizeof(uint32_t) + 63; /* room to align */
+    if (d->far_depth) {
+        uint64_t lists = phases * (uint64_t)l->slices * (uint64_t)l->classes;
+        l->far_pitch = l->segment;
+        l->far_sample = (l->total + 63) / 64 * 64;
+        l->far_begin = l->far_sample + lists * (uint64_t)l->max_steps * sizeof(gtaoi_far);
+        l->far_w = (l->far_begin + lists * sizeof(int) + 63) / 64 * 64;
+        l->total = l->far_w + ((uint64_t)d->height + 3) / 4 * (uint64_t)l->far_pitch * sizeof(float) + 63;
+    }
     if (d->error_target > 0.0f)
         gtaoi_plan_effort(d, l);
 }
@@ -1923,6 +1976,24 @@ static int gtaoi_direction(float x, float y) {
     return (k + 3 - (x > half * y)) & (GTAOI_DIRECTIONS - 1);
 }
 
+/* The far ones of a list of n samples: the blocks that hold them. Those of the two sides do not mirror each other. */
+static int gtaoi_fill_far(const gtao_context *c, const gtaoi_sample *s, gtaoi_far *far_sample, int n, int px, int py) {
+    GTAOI_NO_CONTRACT
+    int j, side, begin = n, far_px = c->d.far_px ? c->d.far_px : 32;
+    for (j = n - 1; j >= 0 && s[j].qx * s[j].qx + s[j].qy * s[j].qy >= far_px * far_px; j--, begin--)
+        for (side = 0; side < 2; side++) {
+            /* + 32768: so that what is shifted is not negative */
+            int bx = ((px + (side ? -s[j].qx : s[j].qx) + 32768) >> 2) - 8192;
+            int by = ((py + (side ? -s[j].qy : s[j].qy) + 32768) >> 2) - 8192;
+            double x = 4.0 * (double)bx + 1.5 - (double)px, y = 4.0 * (double)by + 1.5 - (double)py;
+            double length = sqrt(x * x + y * y);
+            far_sample[j].inv_length[side] = (float)(1.0 / length);
+            far_sample[j].ux[side] = (float)(x / length), far_sample[j].uy[side] = (float)(y / length);
+            far_sample[j].offset[side] = (int32_t)(by * (int)c->far_pitch + bx);
+        }
+    return begin;
+}
+
 /* `chosen`: the radius classes that are wanted; null: all. */
 static void gtaoi_fill_tables(gtao_context *c, int max_radius, const unsigned char *chosen) {
     GTAOI_NO_CONTRACT
@@ -1962,6 +2033,10 @@ static void gtaoi_fill_tables(gtao_context *c, int max_radius, const unsigned ch
                     else
                         c->count[at] =
                             gtaoi_fill_steps(c, c->sample + at * (size_t)c->max_steps, px, dx, dy, radius, offset);
+                    if (c->d.far_depth)
+                        c->far_begin[at] =
+                            gtaoi_fill_far(c, c->sample + at * (size_t)c->max_steps,
+                                           c->far_sample + at * (size_t)c->max_steps, c->count[at], px, py);
                 }
             }
         }
@@ -2153,8 +2228,8 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
     c->bent = output->bent_normals || output->packed || output->sh || c->signal == 5;
     c->arcs = gtaoi_has_arcs(desc);
     c->inv_falloff = desc->falloff > 0.0f ? 1.0f / desc->falloff : 0.0f;
-    c->plain = !c->orthographic && c->bounded && !c->every_pixel && desc->noise != GTAO_NOISE_HILBERT && !c->cosines &&
-               !c->arcs && !output->sh && !gtaoi_has_planes(output);
+    c->plain = !desc->far_depth && !c->orthographic && c->bounded && !c->every_pixel &&
+               desc->noise != GTAO_NOISE_HILBERT && !c->cosines && !c->arcs && !output->sh && !gtaoi_has_planes(output);
     c->z_sky = desc->sky_z > 0.0f ? desc->sky_z : (float)HUGE_VAL;
     if (c->orthographic) {
         float sign = desc->depth_kind == GTAO_DEPTH_HEIGHT ? 1.0f : -1.0f;
@@ -2211,7 +2286,7 @@ static void gtaoi_begin_cells(gtao_context *c, float *cells, uint32_t *prepared)
     c->rise_min = c->d.weighting == GTAO_WEIGHTING_UNIFORM ? c->d.tolerance : sqrtf(c->d.tolerance);
     c->rise_min = gtaoi_max(0.999f * c->rise_min, GTAOI_RISE_MIN);
     c->skips = (GTAO_SKIP_SKY | GTAO_SKIP_OPEN | GTAO_SKIP_SECTORS) & ~c->d.no_skip;
-    if (c->cosines) /* there every sample counts, rounding and all */
+    if (c->cosines || c->d.far_depth) /* every sample counts, rounding and all; blocks rise above their pixels */
         c->skips &= (unsigned)GTAO_SKIP_SKY;
     if (gtaoi_has_planes(&c->o)) /* what lies between is wanted of all pixels */
         c->skips = 0;
@@ -2282,6 +2357,10 @@ static void gtaoi_begin(const gtao_desc *desc, const gtao_output *output, const 
     c->noise = (float *)(void *)(base + l.noise);
     c->step = c->noise + 2 * 64 * (64 + GTAOI_LANES);
     gtaoi_begin_cells(c, (float *)(void *)(base + l.cells), (uint32_t *)(void *)(base + l.prepared));
+    c->far_sample = (gtaoi_far *)(void *)(base + l.far_sample);
+    c->far_begin = (int *)(void *)(base + l.far_begin);
+    c->far_w = (float *)(void *)(base + l.far_w);
+    c->far_pitch = l.far_pitch;
     gtaoi_fill_tables(c, l.max_radius, NULL);
     if (c->per_pixel_noise)
         gtaoi_fill_noise(c);
@@ -2462,8 +2541,8 @@ static void gtaoi_border_rows(const gtao_context *c, float *w, int y) {
     }
 }
 
-/* Visibility v, bent normals b (3 floats a pixel) and the further planes s of the signal of n pixels from (x, y), in
- * image order, to the caller's buffers. */
+/* Visibility v, bent normals b (3 floats a pixel; null: already there) and the further planes s of the signal of n
+ * pixels from (x, y), in image order, to the caller's buffers. */
 static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float *v, const float *b,
                         float s[][4 * GTAOI_LANES]) {
     const gtao_output *o = &c->o;
@@ -2485,7 +2564,7 @@ static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float 
             }
         }
     }
-    if (o->bent_normals) {
+    if (o->bent_normals && b) {
         float *to = (float *)(void *)((char *)o->bent_normals + (ptrdiff_t)y * o->bent_stride) +
                     (ptrdiff_t)x * o->bent_components;
         if (o->bent_components == 3) {
@@ -2863,12 +2942,10 @@ enum {
 enum { /* planes of a signal, as in gtao_output.signal; those of the history */
        GTAOI_SIGNAL_VISIBILITY,
        GTAOI_SIGNAL_WEIGHT,
-       GTAOI_SIGNAL_BENT,
        GTAOI_HISTORY_LENGTH = GTAOI_SIGNAL_WEIGHT,
        GTAOI_HISTORY_SPEED = 5,
-       GTAOI_HISTORY_LAST = 6,      /* visibility of the last frame alone */
-       GTAOI_HISTORY_DEVIATION = 7, /* mean change of it from frame to frame: the noise */
-       GTAOI_HISTORY_PLANES = 8
+       GTAOI_HISTORY_LAST = 6,     /* visibility of the last frame alone */
+       GTAOI_HISTORY_DEVIATION = 7 /* mean change of it from frame to frame: the noise */
 };
 
 /* What makes the history of one frame useless to the next when it changes. */
@@ -2885,12 +2962,14 @@ struct gtao_frame_context {
     gtao_context *pass; /* horizons, at the filters' resolution */
     int scale;          /* pixels of the caller's for one of the filters', along x and y: 1 or 2 */
     int width, height, bent, passes, temporal, fresh;
+    int sets; /* of three more planes that go through the filters: the bent normal, then spherical harmonics */
     ptrdiff_t pitch, plane; /* floats from row to row, from plane to plane */
     float *height_now, *height_before;
     float *raw, *filtered[2]; /* signals: as integrated; after odd and even passes of the spatial filter */
     float *history_now, *history_before;
     const float *signal, *result; /* after the spatial filter; after the temporal one */
     float *normals, *motion;      /* planes x, y, z of the chosen pixels: unit normals, motion in pixels */
+    float *thickness;             /* of the chosen pixels; 0: none is known */
     uint8_t *mask;                /* rows of pass->d.mask_stride bytes */
     int tiles_x, tiles_y;
     uint8_t *changed, *rest;                     /* of each tile: inputs changed now; at rest, history stands still */
@@ -2900,10 +2979,10 @@ struct gtao_frame_context {
     float disocclusion_scale, disocclusion_bias; /* in time */
     float ray_max;                               /* greatest |r| */
     int moved;                                   /* the camera */
+    int unchanged;                               /* so the caller says */
     float before[12];                            /* view_to_previous, translation in units of the heights */
     float before_fx, before_fy, before_cx, before_cy; /* previous camera, filters' resolution */
     float window[2][5];                               /* weights of the first pass and of the others, offsets -2 .. 2 */
-    int window_shift;                                 /* first pass: its window covers -2 .. 1 or -1 .. 2 */
 };
 
 typedef struct gtaoi_state {
@@ -2916,10 +2995,11 @@ typedef struct gtaoi_state {
 typedef struct gtaoi_frame_layout {
     gtao_desc pass; /* of the horizons; pointers still null */
     gtaoi_layout pass_layout;
-    int scale, bent, normals, motion, passes, temporal, tiles_x, tiles_y;
+    int scale, bent, sets, normals, motion, passes, temporal, tiles_x, tiles_y;
     ptrdiff_t pitch;
     uint64_t plane; /* bytes */
-    uint64_t heights, raw, filtered[2], history[2], normal, moves, mask, changed, rest, still, nearest, scratch, total;
+    uint64_t heights, raw, filtered[2], history[2], normal, moves, thickness, mask, changed, rest, still, nearest,
+        scratch, total;
 } gtaoi_frame_layout;
 
 static gtao_result gtaoi_check_frame(const gtao_frame_desc *f) {
@@ -2932,10 +3012,12 @@ static gtao_result gtaoi_check_frame(const gtao_frame_desc *f) {
         return result;
     if (f->desc.error_target > 0.0f)
         return GTAO_ERROR_TARGET;
-    if (f->desc.thickness_map || f->desc.back || f->desc.layer_count > 0)
+    if (f->desc.back || f->desc.layer_count > 0)
         return GTAO_ERROR_FRAME_ARCS;
     if ((unsigned)f->reduction > GTAO_REDUCE_CHECKERBOARD)
         return GTAO_ERROR_REDUCTION;
+    if (f->sh_bands != 0 && f->sh_bands != 2 && f->sh_bands != 3)
+        return GTAO_ERROR_SH_BANDS;
     if (f->spatial_passes < 0 || f->spatial_passes > 3)
         return GTAO_ERROR_SPATIAL;
     if (!(f->depth_tolerance >= 0.0f && f->depth_tolerance <= FLT_MAX))
@@ -2973,7 +3055,8 @@ static void gtaoi_frame_plan(const gtao_frame_desc *f, int bent, gtaoi_frame_lay
     int i;
     memset(l, 0, sizeof *l);
     l->scale = f->half ? 2 : 1;
-    l->bent = bent;
+    l->bent = bent || f->sh_bands;
+    l->sets = f->sh_bands ? f->sh_bands == 2 ? 3 : 4 : l->bent;
     l->normals = d->normals ? 3 : 0;
     l->motion = f->motion ? 3 : 0;
     l->passes = f->no_spatial ? 0 : f->spatial_passes ? f->spatial_passes : 1;
@@ -2982,6 +3065,7 @@ static void gtaoi_frame_plan(const gtao_frame_desc *f, int bent, gtaoi_frame_lay
     l->pass.width = (d->width + l->scale - 1) / l->scale, l->pass.height = (d->height + l->scale - 1) / l->scale;
     l->pass.camera = gtaoi_camera_scaled(d, l->scale);
     l->pass.max_radius_px = (d->max_radius_px + l->scale - 1) / l->scale;
+    l->pass.far_px = d->far_px ? gtaoi_imax(d->far_px / l->scale, 8) : 0;
     l->pass.sky_z = 0.0f;
     gtaoi_plan(&l->pass, &l->pass_layout);
     l->tiles_x = (l->pass.width + GTAOI_TILE_W - 1) / GTAOI_TILE_W;
@@ -2992,16 +3076,17 @@ static void gtaoi_frame_plan(const gtao_frame_desc *f, int bent, gtaoi_frame_lay
         l->pitch += 16;
     l->plane = (uint64_t)l->pitch * (uint64_t)(l->pass.height + 1) * sizeof(float);
 
-    planes = bent ? 5 : 2;
+    planes = 2 + 3 * (uint64_t)l->sets;
     at = (sizeof(gtaoi_state) + 63) / 64 * 64;
     l->heights = at, at += 2 * l->plane;
     l->raw = at, at += planes * l->plane;
     for (i = 0; i < 2; i++)
         l->filtered[i] = at, at += l->passes > i ? planes * l->plane : 0;
     for (i = 0; i < 2; i++)
-        l->history[i] = at, at += l->temporal ? (uint64_t)GTAOI_HISTORY_PLANES * l->plane : 0;
+        l->history[i] = at, at += l->temporal ? (5 + 3 * (uint64_t)gtaoi_imax(l->sets, 1)) * l->plane : 0;
     l->normal = at, at += (uint64_t)l->normals * l->plane;
     l->moves = at, at += (uint64_t)l->motion * l->plane;
+    l->thickness = at, at += d->thickness_map ? l->plane : 0;
     l->nearest = at, at += tiles * sizeof(float);
     l->still = at, at += tiles * sizeof(uint16_t);
     l->changed = at, at += tiles;
@@ -3009,6 +3094,14 @@ static void gtaoi_frame_plan(const gtao_frame_desc *f, int bent, gtaoi_frame_lay
     l->mask = at, at += d->mask ? (uint64_t)l->pitch * (uint64_t)l->pass.height : 0;
     l->scratch = (at + 63) / 64 * 64;
     l->total = l->scratch + l->pass_layout.total + 63; /* room to align */
+}
+
+/* Where, in a signal and in a history, the three planes of a set begin. */
+static ptrdiff_t gtaoi_signal_set(const gtao_frame_context *f, int set) {
+    return (2 + 3 * set) * f->plane;
+}
+static ptrdiff_t gtaoi_history_set(const gtao_frame_context *f, int set) {
+    return (set ? 5 + 3 * set : 2) * f->plane;
 }
 
 /* Row y of a plane, or what lies outside the image. */
@@ -3038,6 +3131,34 @@ static float gtaoi_beyond(const gtao_frame_context *f, float a, float b) {
     return a > GTAOI_SKY_LIMIT && d <= tolerance && -d <= tolerance ? a + d : a;
 }
 
+/* Rows [ty0, ty1) of tiles as they were. Of the two planes of heights both have to hold them, of the motion none. */
+static void gtaoi_keep(const gtao_frame_context *f, int ty0, int ty1) {
+    int k, ty, x;
+    for (ty = ty0; ty < ty1; ty++) {
+        ptrdiff_t at = (ptrdiff_t)ty * GTAOI_TILE_H * f->pitch - GTAOI_PAD;
+        size_t n = (size_t)(gtaoi_imin(GTAOI_TILE_H, f->height - ty * GTAOI_TILE_H) * f->pitch) * sizeof(float);
+        int same = 1;
+        for (x = ty * f->tiles_x; x < (ty + 1) * f->tiles_x; x++) {
+            same &= f->still[x] > 1;
+            f->changed[x] = 0;
+        }
+        if (same && !f->f.no_skip)
+            continue;
+        memcpy(f->height_now + at, f->height_before + at, n);
+        for (k = 0; f->f.motion && k < 3; k++)
+            memset(f->motion + k * f->plane + at, 0, n);
+    }
+}
+
+/* Whether anything changed in row ty of tiles. */
+static int gtaoi_row_changed(const gtao_frame_context *f, int ty) {
+    int x;
+    for (x = ty * f->tiles_x; x < (ty + 1) * f->tiles_x; x++)
+        if (f->changed[x])
+            return 1;
+    return 0;
+}
+
 /* Whether all tiles within `ring` of this one are at rest. */
 static int gtaoi_at_rest(const gtao_frame_context *f, int tx, int ty, int ring) {
     int x, y;
@@ -3056,14 +3177,15 @@ static int gtaoi_at_rest(const gtao_frame_context *f, int tx, int ty, int ring) 
 static int gtaoi_tile_reach(const gtao_frame_context *f, float nearest) {
     const gtao_context *c = f->pass;
     float extent = c->reach, cap = c->max_radius;
+    int margin = c->d.far_depth ? 6 : 2;
     if (nearest <= GTAOI_SKY_LIMIT)
         return 0;
     if (c->every_pixel || !c->bounded)
-        return (int)cap + 2;
+        return (int)cap + margin;
     if (!c->orthographic)
         extent = extent * nearest * f->ray_max;
-    extent = extent * 1.25f / gtaoi_min(c->bx1, c->by1) + 2.0f;
-    return (int)gtaoi_min(extent, cap + 2.0f);
+    extent = extent * 1.25f / gtaoi_min(c->bx1, c->by1);
+    return (int)gtaoi_min(extent, cap) + margin;
 }
 
 /* From what changed to what is at rest, for rows [ty0, ty1) of tiles. */
@@ -3734,11 +3856,14 @@ static void gtaoi_frame_settings(const gtao_frame_desc *f, const gtaoi_frame_lay
                      l->temporal,
                      (int)f->history,
                      f->max_history,
-                     l->bent,
+                     l->sets,
                      l->normals,
                      l->motion,
                      d->mask != 0,
-                     (int)d->depth_kind};
+                     (int)d->depth_kind,
+                     d->thickness_map != 0,
+                     (int)d->far_depth,
+                     d->far_px};
     const float x[] = {d->radius,       d->falloff,   d->step_power, d->thin_blend, f->depth_tolerance,
                        f->clamp_window, d->camera.sx, d->camera.sy,  d->thickness,  d->tolerance};
     memset(s, 0, sizeof *s);
@@ -3766,8 +3891,9 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
         return result;
     if (output && output->signal)
         return GTAO_ERROR_SIGNAL;
-    if (output && output->sh)
-        return GTAO_ERROR_OUTPUT_SH;
+    if (output &&
+        (output->sh ? gtaoi_sh_count(output) : 0) != (frame->sh_bands ? frame->sh_bands * frame->sh_bands : 0))
+        return GTAO_ERROR_SH_BANDS;
     if (output) {
         signal = *output; /* its intermediates have the filters' resolution */
         signal.horizon_stride = signal.horizon_plane = 0;
@@ -3797,9 +3923,10 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     }
     memset(f, 0, sizeof *f);
     f->fresh = s->count == 0;
+    f->unchanged = frame->unchanged && !f->fresh;
     f->f = *frame;
     f->scale = l.scale, f->width = l.pass.width, f->height = l.pass.height;
-    f->bent = l.bent, f->passes = l.passes, f->temporal = l.temporal;
+    f->bent = l.bent, f->sets = l.sets, f->passes = l.passes, f->temporal = l.temporal;
     f->pitch = l.pitch, f->plane = floats;
     f->tiles_x = l.tiles_x, f->tiles_y = l.tiles_y;
     if (f->f.clamp_window == 0.0f)
@@ -3819,6 +3946,7 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     f->raw = GTAOI_PLANES(l.raw);
     f->filtered[0] = GTAOI_PLANES(l.filtered[0]), f->filtered[1] = GTAOI_PLANES(l.filtered[1]);
     f->normals = GTAOI_PLANES(l.normal), f->motion = GTAOI_PLANES(l.moves);
+    f->thickness = GTAOI_PLANES(l.thickness);
 #undef GTAOI_PLANES
     f->signal = f->passes == 0 ? f->raw : f->filtered[f->passes == 2];
     f->result = f->temporal ? f->history_now : f->signal;
@@ -3844,6 +3972,7 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     l.pass.device_scale = 1.0f, l.pass.device_bias = 0.0f;
     l.pass.normals = frame->desc.normals ? f->normals : 0;
     l.pass.normal_stride = f->pitch * 4, l.pass.normal_components = 3;
+    l.pass.thickness_map = frame->desc.thickness_map ? f->thickness : 0, l.pass.thickness_stride = f->pitch * 4;
     l.pass.mask = frame->desc.mask ? f->mask : 0, l.pass.mask_stride = f->pitch;
     l.pass.frame = frame->desc.frame + s->count;
     memset(&signal, 0, sizeof signal);
@@ -3853,6 +3982,11 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     signal.horizons = output->horizons, signal.arcs = output->arcs, signal.slices = output->slices;
     signal.surface = output->surface;
     signal.horizon_stride = output->horizon_stride, signal.horizon_plane = output->horizon_plane;
+    if (frame->sh_bands) {
+        signal.sh = f->raw + 5 * floats;
+        signal.sh_stride = f->pitch * 4, signal.sh_plane_stride = floats * 4;
+        signal.sh_bands = frame->sh_bands;
+    }
     {
         /* The planes have padding, which gtao_begin's check of the strides does not know of: so none of it. */
         char *scratch = base + l.scratch;
@@ -3942,7 +4076,7 @@ GTAO_API int gtao_frame_units(const gtao_frame_context *context, int stage) {
 
 GTAO_API void gtao_frame_run(gtao_frame_context *context, int stage, int unit_begin, int unit_end, gtao_stats *stats) {
     gtao_stats unused;
-    int pass, kind = gtaoi_frame_stage(context, stage, &pass), y0, y1, k;
+    int pass, set = 0, kind = gtaoi_frame_stage(context, stage, &pass), y0, y1, k;
     gtao_isa isa = context->pass->d.isa;
     if (!stats)
         memset(&unused, 0, sizeof unused), stats = &unused;
@@ -3951,11 +4085,18 @@ GTAO_API void gtao_frame_run(gtao_frame_context *context, int stage, int unit_be
     y0 = unit_begin * GTAOI_TILE_H, y1 = gtaoi_imin(unit_end * GTAOI_TILE_H, context->height);
     switch (kind) {
     case GTAOI_REDUCE:
-        GTAOI_DISPATCH(isa, gtaoi_reduce, (context, unit_begin, unit_end));
+        if (context->unchanged)
+            gtaoi_keep(context, unit_begin, unit_end);
+        else
+            GTAOI_DISPATCH(isa, gtaoi_reduce, (context, unit_begin, unit_end));
         break;
     case GTAOI_PREPARE:
         gtaoi_judge_tiles(context, unit_begin, unit_end);
-        GTAOI_DISPATCH(isa, gtaoi_prepare, (context->pass, y0, y1));
+        for (; unit_begin < unit_end; unit_begin++)
+            if (context->fresh || context->f.no_skip || gtaoi_row_changed(context, unit_begin)) {
+                y0 = unit_begin * GTAOI_TILE_H, y1 = gtaoi_imin(y0 + GTAOI_TILE_H, context->height);
+                GTAOI_DISPATCH(isa, gtaoi_prepare, (context->pass, y0, y1));
+            }
         break;
     case GTAOI_HORIZONS:
         GTAOI_DISPATCH(isa, gtaoi_visibility, (context->pass, y0, y1, stats));
@@ -3964,13 +4105,16 @@ GTAO_API void gtao_frame_run(gtao_frame_context *context, int stage, int unit_be
                 gtaoi_pad_plane(context, context->raw + k * context->plane + (ptrdiff_t)y0 * context->pitch, 0);
         break;
     case GTAOI_SPATIAL:
-        GTAOI_DISPATCH(isa, gtaoi_spatial, (context, pass, y0, y1));
+        for (; set < gtaoi_imax(context->sets, 1); set++)
+            GTAOI_DISPATCH(isa, gtaoi_spatial, (context, pass, set, y0, y1));
         break;
     case GTAOI_TEMPORAL:
-        GTAOI_DISPATCH(isa, gtaoi_temporal, (context, y0, y1));
+        for (; set < gtaoi_imax(context->sets, 1); set++)
+            GTAOI_DISPATCH(isa, gtaoi_temporal, (context, set, y0, y1));
         break;
     default:
-        GTAOI_DISPATCH(isa, gtaoi_upsample, (context, y0, y1));
+        for (; set < gtaoi_imax(context->sets, 1); set++)
+            GTAOI_DISPATCH(isa, gtaoi_upsample, (context, set, y0, y1));
         break;
     }
 }
@@ -4072,6 +4216,7 @@ static gtao_desc gtaoi_near_desc(const gtao_desc *desc) {
     d.every_pixel = 1;
     d.max_radius_px = GTAO_SWEEP_NEAR + GTAO_SWEEP_NEAR / 2; /* along the diagonal, too */
     d.noise = GTAO_NOISE_NONE;
+    d.far_depth = GTAO_FAR_EXACT;
     if (d.slices == 0)
         d.slices = 32;
     return d;
@@ -4952,6 +5097,69 @@ GTAOI_FN void GTAOI_NAME(gtaoi_backs)(const gtao_context *c, int k, int y0, int 
     }
 }
 
+/* Four heights as one. `same`: within so much of each other they are one surface, whose mean lies in the middle. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_four)(const gtao_context *c, const GV w[4], float same) {
+    GTAOI_NO_CONTRACT
+    const GV limit = GV_SET(GTAOI_SKY_LIMIT), zero = GV_SET(0.0f), one = GV_SET(1.0f), sky = GV_SET(GTAOI_SKY);
+    GV nearest = GV_MAX(GV_MAX(w[0], w[1]), GV_MAX(w[2], w[3])), farthest = GV_SET(FLT_MAX), per, sum = zero;
+    GV total = zero, mean = GV_MUL(GV_SET(0.25f), GV_ADD(GV_ADD(w[0], w[1]), GV_ADD(w[2], w[3])));
+    GM solid = GV_LT(limit, nearest), smooth;
+    int i;
+    for (i = 0; i < 4; i++)
+        farthest = GV_MIN(farthest, w[i]);
+    smooth = GV_LE(GV_SUB(nearest, farthest), GV_MUL(c->orthographic ? one : nearest, GV_SET(same)));
+    if (c->d.far_depth == GTAO_FAR_NEAREST)
+        return GV_SELECT(solid, GV_SELECT(smooth, mean, nearest), sky);
+    /* XeGTAO's weights: full at the farthest, none beyond 3/4 of the radius before it; 1/a - 1/b as (b - a) / a^2 */
+    for (farthest = GV_SET(FLT_MAX), i = 0; i < 4; i++)
+        farthest = GV_MIN(farthest, GV_SELECT(GV_LT(limit, w[i]), w[i], farthest));
+    per = GV_DIV(GV_SET(1.0f / (0.615f * 0.75f)), GV_SET(gtaoi_max(c->reach, 1e-18f)));
+    if (!c->orthographic)
+        per = GV_DIV(per, GV_MUL(farthest, farthest));
+    for (i = 0; i < 4; i++) {
+        GV above = GV_SUB(w[i], farthest);
+        GV weight = GV_MIN(GV_MAX(GV_SUB(GV_SET(1.0f / 0.615f), GV_MUL(above, per)), zero), one);
+        weight = GV_IF(GV_LT(limit, w[i]), weight);
+        total = GV_ADD(total, weight), sum = GV_ADD(sum, GV_IF(GV_LT(zero, weight), GV_MUL(weight, above)));
+    }
+    return GV_SELECT(solid, GV_SELECT(smooth, mean, GV_ADD(farthest, GV_DIV(sum, total))), sky);
+}
+
+GTAOI_FN void GTAOI_NAME(gtaoi_height_row)(const gtao_context *c, int x, int y, int n, float *out);
+
+/* The blocks of 4x4 pixels that begin in rows [y0, y1), whose heights are there; those of the rows below may not be
+ * yet. What the border leaves of a block holds nothing. */
+GTAOI_FN void GTAOI_NAME(gtaoi_blocks)(const gtao_context *c, int y0, int y1) {
+    const int per_row = c->d.width / 4;
+    int y, b, i, k;
+    for (y = (y0 + 3) & ~3; y < y1; y += 4) {
+        float *to = c->far_w + y / 4 * c->far_pitch + GTAOI_PAD;
+        gtaoi_fill_sky(to - GTAOI_PAD, c->far_pitch);
+        for (b = 0; y + 3 < c->d.height && b < per_row; b += GTAOI_W) {
+            GV w[4][4], four[4], column; /* [row][column] */
+            for (k = 0; k < 4; k++) {
+                const float *row = c->w + (y + k) * c->pitch + GTAOI_PAD + b;
+                float own[4 * GTAOI_W];
+                if (y + k >= y1) {
+                    GTAOI_NAME(gtaoi_height_row)(c, 4 * b, y + k, 4 * GTAOI_W, own);
+                    GTAOI_NAME(gtaoi_load4)(own, 4, w[k]);
+                }
+                for (i = 0; i < 4 && y + k < y1; i++)
+                    w[k][i] = GV_LOAD(row + i * c->segment);
+            }
+            for (i = 0; i < 4; i++) {
+                const GV *above = &w[i & 2][2 * (i & 1)], *below = &w[(i & 2) + 1][2 * (i & 1)];
+                GV quad[4];
+                quad[0] = above[0], quad[1] = above[1], quad[2] = below[0], quad[3] = below[1];
+                four[i] = GTAOI_NAME(gtaoi_four)(c, quad, c->same_surface);
+            }
+            four[0] = GTAOI_NAME(gtaoi_four)(c, four, 2.0f * c->same_surface);
+            column = GV_ADD(GV_SET((float)b), GTAOI_NAME(gtaoi_iota)());
+            GV_STORE(to + b, GV_SELECT(GV_LT(column, GV_SET((float)per_row)), four[0], GV_SET(GTAOI_SKY)));
+        }
+    }
+}
+
 /* The bounds of one phase's pixels of cells above planes, w - w0 - (g.y) - (g.x); `mixed`: of those that are not sky. */
 GTAOI_FI void GTAOI_NAME(gtaoi_cell_bounds)(const float *at, ptrdiff_t pitch, int rows, const GV lines[GTAOI_CELL],
                                             GV base, GV column, int mixed, GV *least, GV *most) {
@@ -5067,6 +5275,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
         if (c->skips && y % GTAOI_CELL == 0 && (end % GTAOI_CELL == 0 || end == c->d.height))
             GTAOI_NAME(gtaoi_cells)(c, y / GTAOI_CELL);
     }
+    if (c->d.far_depth)
+        GTAOI_NAME(gtaoi_blocks)(c, y0, y1);
     for (y = y0; c->skips && y < y1; y++)
         c->prepared[y] = (uint32_t)y0 << 16 | (uint32_t)y1;
 }
@@ -5377,6 +5587,26 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const GTAOI_PIXEL 
     else GTAOI_NAME(gtaoi_march)(c, p, f, s, at, q, begin, n0, n1, c->orthographic, c->bounded, 1);
 }
 
+/* Far samples [begin, n0) on the + side, [begin, n1) on the - side; `at` is the group's block. */
+GTAOI_FN void GTAOI_NAME(gtaoi_march_far)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                          GTAOI_HORIZONS *s, const float *at, const gtaoi_far *q, int begin, int n0,
+                                          int n1) {
+    GTAOI_NO_CONTRACT
+    int side, j;
+    for (side = 0; side < 2; side++)
+        for (j = begin; j < (side ? n1 : n0); j++) {
+            GV w = GV_LOAD(at + q[j].offset[side]), inv = GV_SET(q[j].inv_length[side]), rise;
+            GTAOI_SAMPLE sample;
+            GM fading;
+            rise = GV_ADD(GV_MUL(p->gx, GV_SET(q[j].ux[side])), GV_MUL(p->gy, GV_SET(q[j].uy[side])));
+            rise = GV_SUB(GV_MUL(w, inv), GV_ADD(GV_MUL(p->w0, inv), rise));
+            fading =
+                GTAOI_NAME(gtaoi_rise)(c, f, s, side, w, inv, rise, rise, &sample, c->orthographic, c->bounded, 1, 0);
+            if (c->bounded && GM_ANY(fading))
+                GTAOI_NAME(gtaoi_fade)(c, f, s, side, &sample, fading);
+        }
+}
+
 /* One list of samples: the part of it, from `begin`, that is over the image. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_list)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                             GTAOI_HORIZONS *s, const float *at, int index, const gtaoi_sample *q,
@@ -5387,6 +5617,14 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_list)(const gtao_context *c, const GTAOI_P
         return;
     if (!gtaoi_interior(c, q + n - 1, x, x1, y))
         n0 = gtaoi_reach(c, q, n0, 1, x, x1, y), n1 = gtaoi_reach(c, q, n1, -1, x, x1, y);
+    if (c->d.far_depth) { /* the border is open */
+        ptrdiff_t list = q - c->sample;
+        int m = c->far_begin[list / c->max_steps];
+        if (n0 > m || n1 > m)
+            GTAOI_NAME(gtaoi_march_far)
+        (c, p, f, s, c->far_w + (y >> 2) * c->far_pitch + GTAOI_PAD + (x >> 2), c->far_sample + list, m, n0, n1);
+        n = m, n0 = gtaoi_imin(n0, m), n1 = gtaoi_imin(n1, m);
+    }
     /* What lies outside an open border may be left out, but for the thickness heuristic, where sky too lowers horizons.
      * */
     if ((c->d.border == GTAO_BORDER_OPEN && c->d.thin_blend == 0.0f) || (n0 == want0 && n1 == want1)) {
@@ -7915,6 +8153,7 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_choose)(const gtao_frame_context *f, const GV w[4],
     GV of_farthest = zero, chosen, across, down, scale;
     GM far_one, smooth;
     int i;
+    GTAOI_UNROLL
     for (i = 1; i < 4; i++) {
         GM nearer = GV_LT(nearest, w[i]), farther = GM_AND(GV_LT(limit, w[i]), GV_LT(w[i], farthest));
         nearest = GV_SELECT(nearer, w[i], nearest), of_nearest = GV_SELECT(nearer, GV_SET((float)i), of_nearest);
@@ -7937,27 +8176,52 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_choose)(const gtao_frame_context *f, const GV w[4],
     return GV_ADD(chosen, GV_IF(smooth, GV_MUL(half, GV_ADD(across, down))));
 }
 
+/* Components 0 .. 2 (of fewer: those) of the chosen pixels of one image, as planes. `which` is 0 .. 3 in each block. */
+GTAOI_FN void GTAOI_NAME(gtaoi_pick)(const gtao_frame_context *f, const void *image, ptrdiff_t stride, int components,
+                                     int x0, int y, int count, const float *which, float values[3][GTAOI_TILE_W]) {
+    const int s = f->scale, row = y * s, width = f->full.d.width;
+    const char *above = (const char *)image + (ptrdiff_t)row * stride;
+    const char *below = (const char *)image + (ptrdiff_t)gtaoi_imin(row + 1, f->full.d.height - 1) * stride;
+    const float *from[4];
+    float in[4 * GTAOI_TILE_W];
+    size_t bytes = components > 2 ? 16 : 8; /* one move; what is too much belongs to the next pixel, */
+    int i, j, whole = gtaoi_imin(count, (width - 1) / s - x0); /* which the last block has not */
+    for (i = 0; i < 4; i++)
+        from[i] = (const float *)(const void *)(i & 2 ? below : above) + (x0 * s + (i & 1)) * components;
+    GTAOI_PREFETCH(from[0] + 2 * GTAOI_TILE_W * components, s * GTAOI_TILE_W * components);
+    if (s == 2)
+        GTAOI_PREFETCH(from[2] + 2 * GTAOI_TILE_W * components, s * GTAOI_TILE_W * components);
+    for (i = 0; i < whole; i++)
+        if (bytes == 16)
+            memcpy(in + 4 * i, from[(int)which[i]] + i * s * components, 16);
+        else
+            memcpy(in + 4 * i, from[(int)which[i]] + i * s * components, 8);
+    for (i = gtaoi_imax(whole, 0); i < count; i++) {
+        int x = gtaoi_imin((x0 + i) * s + ((int)which[i] & 1), width - 1);
+        const char *of = which[i] > 1.5f ? below : above;
+        for (j = 0; j < gtaoi_imin(components, 3); j++)
+            in[4 * i + j] = ((const float *)(const void *)of)[x * components + j];
+    }
+    for (i *= 4; i < 4 * GTAOI_TILE_W; i++)
+        in[i] = 0.0f;
+    for (i = 0; i < GTAOI_TILE_W; i += GTAOI_W) {
+        GV v[4];
+        GTAOI_NAME(gtaoi_load4)(in + 4 * i, 4, v);
+        for (j = 0; j < 3; j++)
+            GV_STORE(values[j] + i, v[j]);
+    }
+}
+
 /* The chosen pixels' normals, made unit length, motion and mask; returns whether any of them differs from before. */
 GTAOI_FN int GTAOI_NAME(gtaoi_reduce_rest)(const gtao_frame_context *f, int x0, int y, int count, const float *which) {
     GTAOI_NO_CONTRACT
     const gtao_desc *d = &f->full.d;
     float *normal = f->normals + (ptrdiff_t)y * f->pitch + x0, *motion = f->motion + (ptrdiff_t)y * f->pitch + x0;
-    float to_pass = 1.0f / (float)f->scale, values[3][GTAOI_TILE_W];
-    int i, k, changed = 0, components = d->normal_components;
-    int px[GTAOI_TILE_W], py[GTAOI_TILE_W];
-    for (i = 0; i < count; i++) {
-        px[i] = gtaoi_imin((x0 + i) * f->scale + ((int)which[i] & 1), d->width - 1);
-        py[i] = gtaoi_imin(y * f->scale + ((int)which[i] >> 1), d->height - 1);
-    }
+    float values[3][GTAOI_TILE_W];
+    int i, k, changed = 0;
     if (d->normals) {
-        for (i = 0; i < count; i++) {
-            const float *n =
-                (const float *)(const void *)((const char *)d->normals + (ptrdiff_t)py[i] * d->normal_stride) +
-                (ptrdiff_t)px[i] * components;
-            values[0][i] = n[0], values[1][i] = n[1], values[2][i] = n[2];
-        }
-        for (; i < GTAOI_TILE_W; i++)
-            values[0][i] = values[1][i] = values[2][i] = 0.0f;
+        GTAOI_NAME(gtaoi_pick)
+        (f, d->normals, d->normal_stride, d->normal_components, x0, y, count, which, values);
         for (i = 0; i < count; i += GTAOI_W) {
             GV n[3], len2, scale;
             GM valid;
@@ -7974,14 +8238,24 @@ GTAOI_FN int GTAOI_NAME(gtaoi_reduce_rest)(const gtao_frame_context *f, int x0, 
         }
     }
     if (f->f.motion) {
-        for (i = 0; i < count; i++) {
-            const float *m =
-                (const float *)(const void *)((const char *)f->f.motion + (ptrdiff_t)py[i] * f->f.motion_stride) +
-                (ptrdiff_t)px[i] * f->f.motion_components;
-            motion[i] = m[0] * to_pass, motion[f->plane + i] = m[1] * to_pass;
-            motion[2 * f->plane + i] = f->f.motion_components == 3 ? m[2] : 0.0f;
-            for (k = 0; k < f->f.motion_components; k++)
-                changed |= !(m[k] == 0.0f);
+        int components = f->f.motion_components;
+        GV to_pass = GV_SET(1.0f / (float)f->scale), zero = GV_SET(0.0f);
+        GTAOI_NAME(gtaoi_pick)(f, f->f.motion, f->f.motion_stride, components, x0, y, count, which, values);
+        for (i = 0; i < count; i += GTAOI_W)
+            for (k = 0; k < 3; k++) {
+                GV m = k < components ? GV_LOAD(values[k] + i) : zero;
+                changed |= GM_BITS(GV_EQ(m, zero)) != GTAOI_ALL;
+                GV_STORE(motion + k * f->plane + i, k < 2 ? GV_MUL(m, to_pass) : m);
+            }
+    }
+    if (d->thickness_map) {
+        float *to = f->thickness + (ptrdiff_t)y * f->pitch + x0;
+        GTAOI_NAME(gtaoi_pick)(f, d->thickness_map, d->thickness_stride, 1, x0, y, count, which, values);
+        for (i = 0; i < count; i += GTAOI_W) {
+            GV t = GV_LOAD(values[0] + i);
+            t = GV_IF(GV_LT(GV_SET(0.0f), t), t);
+            changed |= GM_BITS(GV_EQ(t, GV_LOAD(to + i))) != GTAOI_ALL;
+            GV_STORE(to + i, t);
         }
     }
     if (d->mask) {
@@ -8001,60 +8275,70 @@ GTAOI_FN int GTAOI_NAME(gtaoi_reduce_rest)(const gtao_frame_context *f, int x0, 
 }
 
 /* The caller's depth, normals, motion and mask to the filters' resolution, and which tiles of them changed; rows
- * [ty0, ty1) of tiles. */
+ * [ty0, ty1) of tiles. Row by row, not tile by tile: for the sake of the caches. */
 GTAOI_FN void GTAOI_NAME(gtaoi_reduce)(const gtao_frame_context *f, int ty0, int ty1) {
     GTAOI_NO_CONTRACT
     const GV sky = GV_SET(GTAOI_SKY), width = GV_SET((float)f->width);
-    int tx, ty, x, y, i, k, s = f->scale;
-    for (ty = ty0; ty < ty1; ty++)
+    int tx, x, y, i, k, s = f->scale, y1 = gtaoi_imin(ty1 * GTAOI_TILE_H, f->height);
+    for (y = ty0 * GTAOI_TILE_H; y < y1; y++)
         for (tx = 0; tx < f->tiles_x; tx++) {
-            int x0 = tx * GTAOI_TILE_W, y0 = ty * GTAOI_TILE_H, changed = 0, at = ty * f->tiles_x + tx;
+            int x0 = tx * GTAOI_TILE_W, at = y / GTAOI_TILE_H * f->tiles_x + tx, changed = 0;
             int count = gtaoi_imin(GTAOI_TILE_W, f->width - x0), lanes = (count + GTAOI_W - 1) / GTAOI_W * GTAOI_W;
+            float *to = f->height_now + (ptrdiff_t)y * f->pitch + x0, rows[2][2 * GTAOI_TILE_W];
+            const float *before = f->height_before + (ptrdiff_t)y * f->pitch + x0;
+            float which[GTAOI_TILE_W], greatest_lanes[GTAOI_W];
             GV greatest = sky;
-            float greatest_lanes[GTAOI_W];
-            for (y = y0; y < gtaoi_imin(y0 + GTAOI_TILE_H, f->height); y++) {
-                float *to = f->height_now + (ptrdiff_t)y * f->pitch + x0, rows[2][2 * GTAOI_TILE_W];
-                const float *before = f->height_before + (ptrdiff_t)y * f->pitch + x0;
-                float which[GTAOI_TILE_W];
-                for (k = 0; k < s; k++)
-                    GTAOI_NAME(gtaoi_height_row)(&f->full, x0 * s, y * s + k, lanes * s, rows[k]);
-                if (s == 2 && y * 2 + 1 == f->full.d.height && y > 0) {
-                    float above[2 * GTAOI_TILE_W];
-                    GTAOI_NAME(gtaoi_height_row)(&f->full, x0 * s, y * s - 1, lanes * s, above);
-                    for (i = 0; i < 2 * count; i++)
-                        rows[1][i] = gtaoi_beyond(f, rows[0][i], above[i]);
-                }
-                i = f->full.d.width - x0 * s;
-                if (s == 2 && i < 2 * count && i > 1)
-                    for (k = 0; k < 2; k++)
-                        rows[k][i] = gtaoi_beyond(f, rows[k][i - 1], rows[k][i - 2]);
-                for (i = 0; i < count; i += GTAOI_W) {
-                    GV column = GV_ADD(GV_SET((float)(x0 + i)), GTAOI_NAME(gtaoi_iota)()), w[4], height, index;
-                    if (s == 1) {
-                        height = GV_LOAD(rows[0] + i), index = GV_SET(0.0f);
-                    } else {
-                        GV half = GV_MUL(GV_ADD(column, GV_SET((float)y)), GV_SET(0.5f));
-                        GTAOI_NAME(gtaoi_load2)(rows[0] + 2 * i, &w[0], &w[1]);
-                        GTAOI_NAME(gtaoi_load2)(rows[1] + 2 * i, &w[2], &w[3]);
-                        height = GTAOI_NAME(gtaoi_choose)(
-                            f, w, GV_MUL(GV_SET(2.0f), GV_SUB(half, GTAOI_NAME(gtaoi_floor)(half))), &index);
-                    }
-                    height = GV_SELECT(GV_LT(column, width), height, sky);
-                    changed |= GM_BITS(GV_EQ(height, GV_LOAD(before + i))) != GTAOI_ALL;
-                    greatest = GV_MAX(greatest, height);
-                    GV_STORE(to + i, height);
-                    GV_STORE(which + i, index);
-                }
-                changed |= GTAOI_NAME(gtaoi_reduce_rest)(f, x0, y, count, which);
-                if (tx == f->tiles_x - 1)
-                    gtaoi_pad_plane(f, to - x0, 0);
+            for (k = 0; k < s; k++) {
+                const char *ahead = (const char *)f->full.d.depth + (ptrdiff_t)(y * s + k) * f->full.d.depth_stride;
+                GTAOI_PREFETCH(ahead + (x0 + 3 * GTAOI_TILE_W) * s * 4, GTAOI_TILE_W * s);
             }
+            for (k = 0; k < 3; k++) {
+                if (f->full.d.normals)
+                    GTAOI_PREFETCH(f->normals + (ptrdiff_t)y * f->pitch + k * f->plane + x0 + 2 * GTAOI_TILE_W,
+                                   GTAOI_TILE_W);
+                if (f->f.motion)
+                    GTAOI_PREFETCH(f->motion + (ptrdiff_t)y * f->pitch + k * f->plane + x0 + 2 * GTAOI_TILE_W,
+                                   GTAOI_TILE_W);
+            }
+            for (k = 0; k < s; k++)
+                GTAOI_NAME(gtaoi_height_row)(&f->full, x0 * s, y * s + k, lanes * s, rows[k]);
+            if (s == 2 && y * 2 + 1 == f->full.d.height && y > 0) {
+                float above[2 * GTAOI_TILE_W];
+                GTAOI_NAME(gtaoi_height_row)(&f->full, x0 * s, y * s - 1, lanes * s, above);
+                for (i = 0; i < 2 * count; i++)
+                    rows[1][i] = gtaoi_beyond(f, rows[0][i], above[i]);
+            }
+            i = f->full.d.width - x0 * s;
+            if (s == 2 && i < 2 * count && i > 1)
+                for (k = 0; k < 2; k++)
+                    rows[k][i] = gtaoi_beyond(f, rows[k][i - 1], rows[k][i - 2]);
+            for (i = 0; i < count; i += GTAOI_W) {
+                GV column = GV_ADD(GV_SET((float)(x0 + i)), GTAOI_NAME(gtaoi_iota)()), w[4], height, index;
+                if (s == 1) {
+                    height = GV_LOAD(rows[0] + i), index = GV_SET(0.0f);
+                } else {
+                    GV half = GV_MUL(GV_ADD(column, GV_SET((float)y)), GV_SET(0.5f));
+                    GTAOI_NAME(gtaoi_load2)(rows[0] + 2 * i, &w[0], &w[1]);
+                    GTAOI_NAME(gtaoi_load2)(rows[1] + 2 * i, &w[2], &w[3]);
+                    height = GTAOI_NAME(gtaoi_choose)(
+                        f, w, GV_MUL(GV_SET(2.0f), GV_SUB(half, GTAOI_NAME(gtaoi_floor)(half))), &index);
+                }
+                height = GV_SELECT(GV_LT(column, width), height, sky);
+                changed |= GM_BITS(GV_EQ(height, GV_LOAD(before + i))) != GTAOI_ALL;
+                greatest = GV_MAX(greatest, height);
+                GV_STORE(to + i, height);
+                GV_STORE(which + i, index);
+            }
+            changed |= GTAOI_NAME(gtaoi_reduce_rest)(f, x0, y, count, which);
+            if (tx == f->tiles_x - 1)
+                gtaoi_pad_plane(f, to - x0, 0);
             GV_STORE(greatest_lanes, greatest);
             for (x = 1; x < GTAOI_W; x++)
                 greatest_lanes[0] = gtaoi_max(greatest_lanes[0], greatest_lanes[x]);
-            /* a tile sees what was there before, too */
-            f->nearest[at] = greatest_lanes[0];
-            f->changed[at] = (uint8_t)changed;
+            if (y % GTAOI_TILE_H == 0)
+                f->nearest[at] = greatest_lanes[0], f->changed[at] = (uint8_t)changed;
+            f->nearest[at] = gtaoi_max(f->nearest[at], greatest_lanes[0]);
+            f->changed[at] |= (uint8_t)changed;
         }
 }
 
@@ -8085,13 +8369,17 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slope)(const float *const rows[5], int x, GV w0, 
 }
 
 /* [J16] bilateral filter over up to 5x5 pixels: weights fall linearly with the distance from the pixel's plane. Means
- * are taken of differences from the pixel itself, so that what is constant stays so to the bit. */
-GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, int y0, int y1) {
+ * are taken of differences from the pixel itself, so that what is constant stays so to the bit. Of the further planes
+ * those of one set; visibility and weight are the same each time. */
+GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, int set, int y0, int y1) {
     GTAOI_NO_CONTRACT
     const float *window = f->window[pass > 0], *in = pass ? f->filtered[!(pass & 1)] : f->raw;
     float *out = f->filtered[pass & 1];
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
-    int x, y, i, j, k, planes = f->bent ? 5 : 2;
+    const int first = window[0] == 0.0f, taps = 4 + (!first && window[4] > 0.0f) - (first && window[4] == 0.0f);
+    const int plain = window[first] == 1.0f;
+    const ptrdiff_t more = gtaoi_signal_set(f, set);
+    int x, y, i, j, k;
     for (y = y0; y < y1; y++) {
         const float *heights[5], *signal[5];
         float *to = out + (ptrdiff_t)y * f->pitch;
@@ -8101,49 +8389,57 @@ GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, i
         }
         for (x = 0; x < f->width; x += GTAOI_W) {
             GV w0 = GV_LOAD(heights[2] + x), tolerance = GTAOI_NAME(gtaoi_tolerance)(f, w0), inv, gx, gy, bend;
-            GV centre[5], sum[5], total = zero, shares = zero;
+            GV centre[5], sum[5], total = zero, shares = zero, across[5];
             GM solid = GV_LT(limit, w0), good;
             if (x % GTAOI_TILE_W == 0 && gtaoi_at_rest(f, x / GTAOI_TILE_W, y / GTAOI_TILE_H, 1)) {
                 x += GTAOI_TILE_W - GTAOI_W;
                 continue;
             }
-            for (k = 0; k < planes; k++)
-                centre[k] = GV_LOAD(signal[2] + k * f->plane + x), sum[k] = zero;
+            for (k = 0; k < 2 + 3 * f->bent; k++)
+                centre[k] = GV_LOAD(signal[2] + (k < 2 ? k * f->plane : more + (k - 2) * f->plane) + x), sum[k] = zero;
             if (GM_ANY(solid)) {
                 GTAOI_NAME(gtaoi_slope)(heights, x, w0, tolerance, &gx, &gy, &bend);
-                inv = GV_DIV(one, GV_ADD(tolerance, GV_MIN(GV_ADD(bend, bend), tolerance)));
-                for (j = 0; j < 5; j++) {
+                /* no more than 1e28, from which the sky is still far */
+                inv = GV_MIN(GV_ADD(tolerance, GV_MIN(GV_ADD(bend, bend), tolerance)), GV_SET(1e28f));
+                inv = GV_DIV(one, inv);
+                GTAOI_UNROLL
+                for (i = 0; i < 5; i++)
+                    across[i] = GV_MUL(gx, GV_SET((float)(first + i - 2)));
+                for (j = first; j < first + taps; j++) {
+                    const float *from = signal[j] + x + first - 2, *near_by = heights[j] + x + first - 2;
                     GV along = GV_ADD(w0, GV_MUL(gy, GV_SET((float)(j - 2))));
-                    if (window[j] == 0.0f)
-                        continue;
-                    for (i = 0; i < 5; i++) {
-                        const float *from = signal[j] + x + i - 2;
-                        GV w, share, weight;
-                        if (window[i] == 0.0f)
-                            continue;
-                        w = GV_LOAD(heights[j] + x + i - 2);
-                        share = GV_ADD(along, GV_MUL(gx, GV_SET((float)(i - 2))));
-                        share = GV_SUB(one, GV_MUL(GV_ABS(GV_SUB(w, share)), inv));
-                        share = GV_IF(GV_LT(limit, w), GV_MUL(GV_MAX(share, zero), GV_SET(window[i] * window[j])));
+                    GTAOI_UNROLL
+                    for (i = 0; i < 5; i++, from++) {
+                        GV share, weight;
+                        if (i == taps)
+                            break;
+                        share = GV_ABS(GV_SUB(GV_LOAD(near_by + i), GV_ADD(along, across[i])));
+                        share = GV_MAX(GV_SUB(one, GV_MUL(share, inv)), zero);
+                        if (!plain)
+                            share = GV_MUL(share, GV_SET(window[first + i] * window[j]));
                         weight = GV_MUL(share, GV_LOAD(from + f->plane));
                         shares = GV_ADD(shares, share), total = GV_ADD(total, weight);
                         sum[0] = GV_ADD(sum[0], GV_MUL(weight, GV_SUB(GV_LOAD(from), centre[0])));
-                        for (k = 2; k < planes; k++)
-                            sum[k] = GV_ADD(sum[k], GV_MUL(weight, GV_SUB(GV_LOAD(from + k * f->plane), centre[k])));
+                        if (f->bent) {
+                            GTAOI_UNROLL
+                            for (k = 2; k < 5; k++)
+                                sum[k] = GV_ADD(sum[k], GV_MUL(weight, GV_SUB(GV_LOAD(from + more + (k - 2) * f->plane),
+                                                                              centre[k])));
+                        }
                     }
                 }
                 good = GM_AND(solid, GV_LT(zero, total));
                 inv = GV_DIV(one, total);
                 centre[1] = GV_SELECT(good, GV_DIV(total, shares), centre[1]);
-                for (k = 0; k < planes; k++)
+                for (k = 0; k < 2 + 3 * f->bent; k++)
                     if (k != 1)
                         centre[k] = GV_SELECT(good, GV_ADD(centre[k], GV_MUL(sum[k], inv)), centre[k]);
             }
-            for (k = 0; k < planes; k++)
-                GV_STORE(to + k * f->plane + x, centre[k]);
+            for (k = 0; k < 2 + 3 * f->bent; k++)
+                GV_STORE(to + (k < 2 ? k * f->plane : more + (k - 2) * f->plane) + x, centre[k]);
         }
-        for (k = 0; k < planes; k++)
-            gtaoi_pad_plane(f, to + k * f->plane, 1);
+        for (k = 0; k < 2 + 3 * f->bent; k++)
+            gtaoi_pad_plane(f, to + (k < 2 ? k * f->plane : more + (k - 2) * f->plane), 1);
     }
 }
 
@@ -8215,60 +8511,76 @@ typedef struct GTAOI_HISTORY {
 } GTAOI_HISTORY;
 
 /* [J16] each of the four bilinear taps is tested on its own, in the one direction that tells disocclusion: a history
- * that was nearer than the surface is another's. Lanes that moved by the same whole pixels are taken together, so that
- * all loads are contiguous. */
-GTAOI_FN void GTAOI_NAME(gtaoi_fetch_history)(const gtao_frame_context *f, int x0, GM valid, GV px, GV py, GV pw, GV gx,
-                                              GV gy, const GV *now, GTAOI_HISTORY *h) {
+ * that was nearer than the surface is another's. Lanes that moved by nearly the same whole pixels are taken together, so
+ * that all loads are contiguous: a bilinear weight is the product of two hats, and zero beyond the four taps. */
+GTAOI_FN void GTAOI_NAME(gtaoi_fetch_history)(const gtao_frame_context *f, int set, int x0, GM valid, GV px, GV py,
+                                              GV pw, GV gx, GV gy, const GV *now, GTAOI_HISTORY *h) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
     GV bx = GTAOI_NAME(gtaoi_floor)(px), by = GTAOI_NAME(gtaoi_floor)(py), fx = GV_SUB(px, bx), fy = GV_SUB(py, by);
     GV inv = GV_DIV(one, GV_ADD(GV_MUL(pw, GV_SET(f->disocclusion_scale)), GV_SET(f->disocclusion_bias)));
-    GV step_x = GV_SUB(bx, GV_ADD(GV_SET((float)x0), GTAOI_NAME(gtaoi_iota)()));
+    GV here = GV_ADD(GV_SET((float)x0), GTAOI_NAME(gtaoi_iota)()), step_x = GV_SUB(bx, here), shift = GV_SUB(px, here);
+    GV value[5], weight = zero, length = zero, speed = zero, last = zero, deviation = zero;
     float steps[GTAOI_W], rows[GTAOI_W];
-    int i, j, k, planes = f->bent ? 5 : 1;
-    memset(h, 0, sizeof *h);
+    const ptrdiff_t more = gtaoi_history_set(f, set);
+    int i, j, k;
     GV_STORE(steps, step_x), GV_STORE(rows, by);
     h->blur = GV_ADD(GV_MUL(fx, GV_SUB(one, fx)), GV_MUL(fy, GV_SUB(one, fy)));
+    value[0] = value[2] = value[3] = value[4] = zero;
     while (GM_ANY(valid)) {
-        int first = gtaoi_lowest(GM_BITS(valid)), column = x0 + (int)steps[first], row = (int)rows[first];
-        GM lanes = GM_AND(valid, GM_AND(GV_EQ(step_x, GV_SET(steps[first])), GV_EQ(by, GV_SET(rows[first]))));
-        for (j = 0; j < 2; j++) {
-            const float *heights = gtaoi_plane_row(f, f->height_before, row + j) + column;
-            const float *history = gtaoi_plane_row(f, f->history_before, row + j) + column;
-            GV wy = j ? fy : GV_SUB(one, fy), dy = GV_SUB(GV_SET((float)j), fy);
-            for (i = 0; i < 2; i++, heights++, history++) {
-                GV share = GV_MUL(i ? fx : GV_SUB(one, fx), wy), w, expected;
-                GM used = GM_AND(lanes, GV_LT(zero, share));
+        int first = gtaoi_lowest(GM_BITS(valid));
+        GM near_x = GV_LE(GV_ABS(GV_SUB(step_x, GV_SET(steps[first]))), one), lanes = GM_AND(valid, near_x);
+        GM near_y = GV_LE(GV_ABS(GV_SUB(by, GV_SET(rows[first]))), one);
+        lanes = GM_AND(lanes, near_y);
+        for (j = -1; j < 3; j++) {
+            int row = (int)rows[first] + j, column = x0 + (int)steps[first] - 1;
+            GV dy = GV_SUB(GV_SET((float)row), py), wy = GV_MAX(GV_SUB(one, GV_ABS(dy)), zero), expected;
+            const float *heights, *history;
+            if (!GM_ANY(GM_AND(lanes, GV_LT(zero, wy))))
+                continue;
+            heights = gtaoi_plane_row(f, f->height_before, row) + column;
+            history = gtaoi_plane_row(f, f->history_before, row) + column;
+            expected = GV_ADD(pw, GV_MUL(gy, dy));
+            for (i = 0; i < 4; i++, heights++, history++) {
+                GV dx = GV_SUB(GV_SET(steps[first] - 1.0f + (float)i), shift), w, share;
+                GM used;
+                share = GV_MUL(GV_MAX(GV_SUB(one, GV_ABS(dx)), zero), wy);
+                used = GM_AND(lanes, GV_LT(zero, share));
                 if (!GM_ANY(used))
                     continue;
                 w = GV_LOAD(heights);
-                expected = GV_ADD(GV_ADD(pw, GV_MUL(gx, GV_SUB(GV_SET((float)i), fx))), GV_MUL(gy, dy));
                 used = GM_AND(used, GV_LT(limit, w));
-                w = GV_SUB(one, GV_MUL(GV_SUB(w, expected), inv));
+                w = GV_SUB(one, GV_MUL(GV_SUB(w, GV_ADD(expected, GV_MUL(gx, dx))), inv));
                 share = GV_IF(used, GV_MUL(share, GV_MIN(GV_MAX(w, zero), one)));
-                h->weight = GV_ADD(h->weight, share);
-                h->length = GV_ADD(h->length, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_LENGTH * f->plane)));
-                h->speed = GV_ADD(h->speed, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_SPEED * f->plane)));
-                h->last = GV_ADD(h->last, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_LAST * f->plane)));
-                h->deviation =
-                    GV_ADD(h->deviation, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_DEVIATION * f->plane)));
-                for (k = 0; k < planes; k++)
-                    if (k != GTAOI_HISTORY_LENGTH)
-                        h->value[k] =
-                            GV_ADD(h->value[k], GV_MUL(share, GV_SUB(GV_LOAD(history + k * f->plane), now[k])));
+                weight = GV_ADD(weight, share);
+                length = GV_ADD(length, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_LENGTH * f->plane)));
+                speed = GV_ADD(speed, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_SPEED * f->plane)));
+                last = GV_ADD(last, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_LAST * f->plane)));
+                deviation = GV_ADD(deviation, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_DEVIATION * f->plane)));
+                value[0] = GV_ADD(value[0], GV_MUL(share, GV_SUB(GV_LOAD(history), now[0])));
+                if (f->bent) {
+                    GTAOI_UNROLL
+                    for (k = 2; k < 5; k++)
+                        value[k] = GV_ADD(value[k],
+                                          GV_MUL(share, GV_SUB(GV_LOAD(history + more + (k - 2) * f->plane), now[k])));
+                }
             }
         }
         valid = GM_ANDNOT(valid, lanes);
     }
+    h->weight = weight, h->length = length, h->speed = speed, h->last = last, h->deviation = deviation;
+    h->value[0] = value[0], h->value[1] = zero, h->value[2] = value[2], h->value[3] = value[3], h->value[4] = value[4];
 }
 
 /* [J16] exponential accumulation. A pixel's history counts its frames, so that the first ones are averaged; it is at
  * most max_history frames long, less for what moves. */
-GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int y0, int y1) {
+GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, int y0, int y1) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), quarter = GV_SET(0.25f), most = GV_SET((float)f->f.max_history);
     const GV at_speed = GV_SET(gtaoi_min((float)f->f.max_history, 8.0f));
-    int x, y, j, k, planes = f->bent ? 5 : 1;
+    const ptrdiff_t more_now = gtaoi_signal_set(f, set), more = gtaoi_history_set(f, set);
+    const int planes = f->bent ? 5 : 1, kept = 5 + 3 * gtaoi_imax(f->sets, 1);
+    int x, y, j, k;
     for (y = y0; y < y1; y++) {
         const float *heights[5], *signal[3];
         float *to = f->history_now + (ptrdiff_t)y * f->pitch;
@@ -8289,21 +8601,23 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int y0, in
             if (x % GTAOI_TILE_W == 0 && f->rest[y / GTAOI_TILE_H * f->tiles_x + x / GTAOI_TILE_W]) {
                 const float *from = f->history_before + (ptrdiff_t)y * f->pitch + x;
                 size_t n = (size_t)gtaoi_imin(GTAOI_TILE_W, f->width - x) * sizeof(float);
-                for (k = 0; k < GTAOI_HISTORY_PLANES; k++)
-                    memcpy(to + k * f->plane + x, from + k * f->plane, n);
+                /* once both histories hold it, it stands */
+                if (f->still[y / GTAOI_TILE_H * f->tiles_x + x / GTAOI_TILE_W] <= GTAOI_AT_REST + 1 || f->f.no_skip)
+                    for (k = set ? kept : 0; k < kept; k++)
+                        memcpy(to + k * f->plane + x, from + k * f->plane, n);
                 x += GTAOI_TILE_W - GTAOI_W;
                 continue;
             }
-            for (k = 0; k < planes; k++)
-                now[k] = GV_LOAD(signal[1] + k * f->plane + x);
+            for (k = 0; k < planes; k += k ? 1 : 2)
+                now[k] = GV_LOAD(signal[1] + (k ? more_now + (k - 2) * f->plane : 0) + x);
             valid = GTAOI_NAME(gtaoi_reproject)(f, column, row, x, y, w0, &px, &py, &pw);
             if (f->moved || f->f.motion)
                 GTAOI_NAME(gtaoi_slope)(heights, x, w0, GTAOI_NAME(gtaoi_tolerance)(f, w0), &gx, &gy, &bend);
-            GTAOI_NAME(gtaoi_fetch_history)(f, x, valid, px, py, pw, gx, gy, now, &h);
+            GTAOI_NAME(gtaoi_fetch_history)(f, set, x, valid, px, py, pw, gx, gy, now, &h);
 
             has = GV_LT(GV_SET(1.0f / 16.0f), h.weight);
             limit = GV_DIV(one, GV_SELECT(has, h.weight, one));
-            for (k = 0; k < planes; k++)
+            for (k = 0; k < planes; k += k ? 1 : 2)
                 past[k] = GV_SELECT(has, GV_ADD(now[k], GV_MUL(h.value[k], limit)), now[k]);
             /* Shorter by the taps that were rejected, and by the detail that reading between pixels costs. */
             length = GV_IF(has, GV_MUL(h.length, GV_SUB(one, GV_MUL(h.blur, GV_SET(GTAOI_BLUR_COST)))));
@@ -8321,6 +8635,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int y0, in
                 /* the four 2x2 means around the pixel, as bilinear taps at its corners fetch them; and what one frame
                  * deviates from the history by chance */
                 GV means[4], least, greatest, window, clamped, part;
+                GTAOI_UNROLL
                 for (j = 0; j < 4; j++) {
                     const float *across = signal[1] + x, *down = signal[j & 2] + x;
                     int side = j & 1 ? 1 : -1;
@@ -8354,15 +8669,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int y0, in
                 GV_MAX(GV_SUB(most, GV_MUL(speed, GV_SET((float)(f->f.max_history - 8) * (1.0f / 16.0f)))), at_speed);
             length = GV_ADD(GV_MIN(length, GV_SUB(limit, one)), one);
             alpha = GV_DIV(one, length);
-            for (k = 0; k < planes; k++)
-                if (k != GTAOI_HISTORY_LENGTH)
-                    GV_STORE(to + k * f->plane + x, GV_ADD(past[k], GV_MUL(alpha, GV_SUB(now[k], past[k]))));
+            for (k = 0; k < planes; k += k ? 1 : 2)
+                GV_STORE(to + (k ? more + (k - 2) * f->plane : 0) + x,
+                         GV_ADD(past[k], GV_MUL(alpha, GV_SUB(now[k], past[k]))));
             GV_STORE(to + GTAOI_HISTORY_LENGTH * f->plane + x, length);
             GV_STORE(to + GTAOI_HISTORY_SPEED * f->plane + x, speed);
             GV_STORE(to + GTAOI_HISTORY_LAST * f->plane + x, now[0]);
             GV_STORE(to + GTAOI_HISTORY_DEVIATION * f->plane + x, deviation);
         }
-        for (k = 0; k < GTAOI_HISTORY_PLANES; k++)
+        for (k = 0; k < kept; k++)
             gtaoi_pad_plane(f, to + k * f->plane, 0);
     }
 }
@@ -8400,45 +8715,116 @@ GTAOI_FI void GTAOI_NAME(gtaoi_unit_bent)(const gtao_context *c, GV b[3], const 
 typedef struct GTAOI_TAPS {
     const float *height[4]; /* the blocks' heights and signals */
     const float *signal[4];
-    GV slack; /* what the slope of the surface alone makes of the difference between a block and its pixels */
+    GV rise[4];  /* from the pixel to the middle of the block, where both are of one surface */
+    GV alike[4]; /* how well their normals fit */
+    GM crease;   /* whether any fits badly */
 } GTAOI_TAPS;
 
-GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TAPS *taps, int i, GV w, GV *out) {
+GTAOI_FI GV GTAOI_NAME(gtaoi_dot)(const GV a[3], const GV b[3]) {
+    GTAOI_NO_CONTRACT
+    return GV_ADD(GV_ADD(GV_MUL(a[0], b[0]), GV_MUL(a[1], b[1])), GV_MUL(a[2], b[2]));
+}
+
+/* How well the normals of the blocks fit that of one of the caller's pixels, column + 2 lane of row y; 1 everywhere, and
+ * the caller's normals are not read, where those of the blocks are alike. n: normals of the four blocks. */
+GTAOI_FN void GTAOI_NAME(gtaoi_alike)(const gtao_frame_context *f, GTAOI_TAPS *taps, GV n[4][3], GM solid, int column,
+                                      int y) {
+    GTAOI_NO_CONTRACT
+    const gtao_desc *d = &f->full.d;
+    const GV one = GV_SET(1.0f), zero = GV_SET(0.0f);
+    GV least = one, own[3], len2, scale;
+    GM known, given[4];
+    float values[3][GTAOI_W];
+    int i, k, t;
+    GTAOI_UNROLL
+    for (t = 0; t < 4; t++) {
+        given[t] = GV_LT(GV_SET(0.5f), GTAOI_NAME(gtaoi_dot)(n[t], n[t])); /* or 0: unknown */
+        least = GV_SELECT(GM_AND(given[0], given[t]), GV_MIN(least, GTAOI_NAME(gtaoi_dot)(n[0], n[t])), least);
+    }
+    taps->crease = GM_AND(solid, GV_LT(least, GV_SET(0.9f)));
+    if (!GM_ANY(taps->crease))
+        return;
+    for (i = 0; i < GTAOI_W; i++) {
+        const char *row = (const char *)d->normals + (ptrdiff_t)y * d->normal_stride;
+        const float *from = (const float *)(const void *)row +
+                            (ptrdiff_t)gtaoi_imin(column + 2 * i, d->width - 1) * d->normal_components;
+        for (k = 0; k < 3; k++)
+            values[k][i] = from[k];
+    }
+    for (k = 0; k < 3; k++)
+        own[k] = GV_LOAD(values[k]);
+    len2 = GTAOI_NAME(gtaoi_dot)(own, own);
+    known = GM_AND(GV_LE(GV_SET(1e-30f), len2), GV_LE(len2, GV_SET(FLT_MAX)));
+    scale = GV_DIV(one, GV_SQRT(GV_SELECT(known, len2, one)));
+    taps->crease = GM_AND(taps->crease, known);
+    GTAOI_UNROLL
+    for (t = 0; t < 4; t++) { /* all at 26 degrees, nothing at 60 */
+        GV dot = GTAOI_NAME(gtaoi_dot)(own, n[t]);
+        dot = GV_MIN(GV_MAX(GV_MUL(GV_SUB(GV_MUL(dot, scale), GV_SET(0.5f)), GV_SET(2.5f)), zero), one);
+        taps->alike[t] = GV_SELECT(GM_AND(taps->crease, given[t]), dot, one);
+    }
+}
+
+/* What the height rises from a block to the next, along x or y, by the smoother side; 0 where neither side belongs to
+ * it. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_step)(GV before, GV w, GV after, GV tolerance) {
+    GTAOI_NO_CONTRACT
+    GV a = GV_SUB(w, before), b = GV_SUB(after, w), step = GV_SELECT(GV_LE(GV_ABS(a), GV_ABS(b)), a, b);
+    GM trusted = GV_LE(GV_MIN(GV_ABS(GV_SUB(a, b)), GV_ABS(step)), tolerance);
+    return GV_IF(trusted, step);
+}
+
+/* `inv`: one over the tolerance; `more_at`: where the three further planes begin. */
+GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TAPS *taps, int i, GV w, GV inv,
+                                     ptrdiff_t more_at, GV *out) {
     GTAOI_NO_CONTRACT
     static const float bilinear[4] = {9.0f / 16.0f, 3.0f / 16.0f, 3.0f / 16.0f, 1.0f / 16.0f};
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
-    GV tolerance = GV_ADD(GTAOI_NAME(gtaoi_tolerance)(f, w), taps->slack), inv, total = zero;
-    GV sum[5];
-    int t, k, planes = f->bent ? 5 : 1;
-    GM solid = GV_LT(limit, w);
-    for (k = 0; k < planes; k++)
-        out[k] = GV_LOAD(taps->signal[0] + k * f->plane + i), sum[k] = zero;
-    inv = GV_DIV(one, tolerance);
-    for (t = 0; t < 4; t++) {
-        GV tap = GV_LOAD(taps->height[t] + i), e = GV_MUL(GV_ABS(GV_SUB(tap, w)), inv), share, close;
-        /* full weight up to the tolerance, none at twice that; if all are beyond, the closest */
-        share = GV_MIN(GV_MAX(GV_SUB(GV_SET(2.0f), e), zero), one);
-        close = GV_DIV(GV_SET(1.0f / 64.0f), GV_ADD(one, e));
-        close = GV_MUL(close, close);
-        share = GV_MUL(GV_ADD(share, GV_MUL(close, close)), GV_SET(bilinear[t]));
-        share = GV_IF(GV_LT(limit, tap), share);
-        total = GV_ADD(total, share);
-        for (k = 0; k < planes; k++)
-            if (k != GTAOI_SIGNAL_WEIGHT)
-                sum[k] = GV_ADD(sum[k], GV_MUL(share, GV_SUB(GV_LOAD(taps->signal[t] + k * f->plane + i), out[k])));
+    GV total = zero, share[4], away[4], least;
+    int t, k, planes = f->bent ? 5 : 1, same;
+    GM solid = GV_LT(limit, w), fits;
+    GTAOI_UNROLL
+    for (t = 0; t < 4; t++)
+        away[t] = GV_MUL(GV_ABS(GV_SUB(GV_LOAD(taps->height[t] + i), GV_ADD(w, taps->rise[t]))), inv);
+    fits = GV_LE(GV_MAX(GV_MAX(away[0], away[1]), GV_MAX(away[2], away[3])), one);
+    same = !GM_ANY(GM_OR(GM_ANDNOT(solid, fits), taps->crease));
+    GTAOI_UNROLL
+    for (t = 0; t < 4; t++)
+        share[t] = GV_SET(bilinear[t]);
+    if (!same) { /* full weight up to the tolerance, none at twice that; if all are beyond, the closest */
+        least = GV_MIN(GV_MIN(away[0], away[1]), GV_MIN(away[2], away[3]));
+        GTAOI_UNROLL
+        for (t = 0; t < 4; t++) {
+            away[t] = GV_MAX(GV_SUB(GV_SET(2.0f), away[t]), GV_IF(GV_LE(away[t], least), GV_SET(1e-6f)));
+            away[t] = GV_MIN(GV_MAX(away[t], zero), one);
+            if (GM_ANY(taps->crease))
+                away[t] = GV_MAX(GV_MUL(away[t], taps->alike[t]), GV_IF(GV_LT(zero, away[t]), GV_SET(1e-6f)));
+            away[t] = GV_MUL(away[t], share[t]);
+            total = GV_ADD(total, away[t]);
+        }
+        total = GV_DIV(one, total); /* 1 to the bit where all fit */
+        GTAOI_UNROLL
+        for (t = 0; t < 4; t++)
+            share[t] = GV_MUL(away[t], total);
     }
-    inv = GV_DIV(one, total);
-    solid = GM_AND(solid, GV_LT(zero, total));
-    for (k = 0; k < planes; k++)
-        out[k] = GV_ADD(out[k], GV_IF(solid, GV_MUL(sum[k], inv)));
-    out[0] = GV_SELECT(GV_LT(limit, w), out[0], one);
+    for (k = 0; k < planes; k += k ? 1 : 2) {
+        ptrdiff_t plane = k ? more_at + (k - 2) * f->plane : 0;
+        GV own = GV_LOAD(taps->signal[0] + plane + i), more = zero;
+        GTAOI_UNROLL
+        for (t = 1; t < 4; t++)
+            more = GV_ADD(more, GV_MUL(share[t], GV_SUB(GV_LOAD(taps->signal[t] + plane + i), own)));
+        out[k] = GV_ADD(own, GV_IF(solid, more));
+    }
+    out[0] = GV_SELECT(solid, out[0], one);
 }
 
-/* Joint bilateral upsampling and output; [y0, y1) are rows of the filters. */
-GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, int y1) {
+/* Joint bilateral upsampling and output; [y0, y1) are rows of the filters. The first set is the bent normal, the others
+ * are three spherical harmonics each. */
+GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int set, int y0, int y1) {
     GTAOI_NO_CONTRACT
     const gtao_context *c = &f->full;
     const GV zero = GV_SET(0.0f);
+    const ptrdiff_t more = f->temporal ? gtaoi_history_set(f, set) : gtaoi_signal_set(f, set);
     int x, x0, y, i, j, k, r, s = f->scale, planes = f->bent ? 5 : 1;
     for (y = y0; y < y1; y++)
         for (r = 0; r < s && y * s + r < c->d.height; r++)
@@ -8459,18 +8845,24 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
                     GV pixel[2][5];
                     x = x0 + i;
                     if (s == 1) {
-                        for (k = 0; k < planes; k++)
-                            pixel[0][k] = GV_LOAD(v[1] + k * f->plane + x);
+                        for (k = 0; k < planes; k += k ? 1 : 2)
+                            pixel[0][k] = GV_LOAD(v[1] + (k ? more + (k - 2) * f->plane : 0) + x);
                     } else {
                         int other = r ? 2 : 0;
-                        GV w0 = GV_LOAD(h[1] + x), w[2], slope_x, slope_y;
-                        slope_x = GV_MIN(GV_ABS(GV_SUB(w0, GV_LOAD(h[1] + x - 1))),
-                                         GV_ABS(GV_SUB(w0, GV_LOAD(h[1] + x + 1))));
-                        slope_y = GV_MIN(GV_ABS(GV_SUB(w0, GV_LOAD(h[0] + x))), GV_ABS(GV_SUB(w0, GV_LOAD(h[2] + x))));
-                        even.slack = GV_MUL(GV_ADD(slope_x, slope_y), GV_SET(1.25f));
-                        even.slack =
-                            GV_MIN(even.slack, GV_MAX(GV_MUL(GTAOI_NAME(gtaoi_tolerance)(f, w0), GV_SET(2.0f)), zero));
-                        odd.slack = even.slack;
+                        GV w0 = GV_LOAD(h[1] + x), w[2], rise_x, rise_y, own_x, own_y, tolerance, inv;
+                        /* the sky never fits */
+                        tolerance = GV_MIN(GTAOI_NAME(gtaoi_tolerance)(f, GV_MAX(w0, zero)), GV_SET(1e28f));
+                        inv = GV_DIV(GV_SET(1.0f), GV_MAX(tolerance, GV_SET(1e-28f)));
+                        rise_x = GTAOI_NAME(gtaoi_step)(GV_LOAD(h[1] + x - 1), w0, GV_LOAD(h[1] + x + 1), tolerance);
+                        rise_y = GTAOI_NAME(gtaoi_step)(GV_LOAD(h[0] + x), w0, GV_LOAD(h[2] + x), tolerance);
+                        if (r) /* upwards for the upper row, downwards for the lower */
+                            rise_y = GV_SUB(zero, rise_y);
+                        own_x = GV_MUL(rise_x, GV_SET(0.25f)), own_y = GV_MUL(rise_y, GV_SET(0.25f));
+                        rise_x = GV_MUL(rise_x, GV_SET(-0.75f)), rise_y = GV_MUL(rise_y, GV_SET(-0.75f));
+                        even.rise[0] = GV_ADD(own_y, own_x), odd.rise[0] = GV_SUB(own_y, own_x);
+                        even.rise[1] = GV_ADD(own_y, rise_x), odd.rise[1] = GV_SUB(own_y, rise_x);
+                        even.rise[2] = GV_ADD(rise_y, own_x), odd.rise[2] = GV_SUB(rise_y, own_x);
+                        even.rise[3] = GV_ADD(rise_y, rise_x), odd.rise[3] = GV_SUB(rise_y, rise_x);
                         even.height[0] = odd.height[0] = h[1], even.signal[0] = odd.signal[0] = v[1];
                         even.height[2] = odd.height[2] = h[other], even.signal[2] = odd.signal[2] = v[other];
                         even.height[1] = h[1] - 1, even.height[3] = h[other] - 1;
@@ -8478,10 +8870,26 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
                         odd.height[1] = h[1] + 1, odd.height[3] = h[other] + 1;
                         odd.signal[1] = v[1] + 1, odd.signal[3] = v[other] + 1;
                         GTAOI_NAME(gtaoi_load2)(heights + 2 * i, &w[0], &w[1]);
-                        GTAOI_NAME(gtaoi_join)(f, &even, x, w[0], pixel[0]);
-                        GTAOI_NAME(gtaoi_join)(f, &odd, x, w[1], pixel[1]);
+                        even.crease = odd.crease = GV_LT(zero, zero);
+                        if (c->d.normals && f->f.upsample_normals) {
+                            const float *at = f->normals + (ptrdiff_t)y * f->pitch + x;
+                            ptrdiff_t down = r ? f->pitch : -f->pitch;
+                            GV n[4][3], m[4][3];
+                            if (y + 2 * r - 1 < 0 || y + 2 * r - 1 >= f->height)
+                                down = 0;
+                            for (k = 0; k < 3; k++, at += f->plane) {
+                                n[0][k] = m[0][k] = GV_LOAD(at), n[2][k] = m[2][k] = GV_LOAD(at + down);
+                                n[1][k] = GV_LOAD(at - 1), n[3][k] = GV_LOAD(at + down - 1);
+                                m[1][k] = GV_LOAD(at + 1), m[3][k] = GV_LOAD(at + down + 1);
+                            }
+                            GTAOI_NAME(gtaoi_alike)(f, &even, n, GV_LT(GV_SET(GTAOI_SKY_LIMIT), w[0]), 2 * x, full_y);
+                            GTAOI_NAME(gtaoi_alike)
+                            (f, &odd, m, GV_LT(GV_SET(GTAOI_SKY_LIMIT), w[1]), 2 * x + 1, full_y);
+                        }
+                        GTAOI_NAME(gtaoi_join)(f, &even, x, w[0], inv, more, pixel[0]);
+                        GTAOI_NAME(gtaoi_join)(f, &odd, x, w[1], inv, more, pixel[1]);
                     }
-                    if (f->bent) {
+                    if (f->bent && !set) {
                         GV n[3];
                         for (k = 0; k < 3; k++)
                             n[k] =
@@ -8511,9 +8919,33 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
                                 GTAOI_NAME(gtaoi_store2)(to, pixel[0][k], pixel[1][k]);
                         }
                 }
-                for (i = 0; f->bent && i < count; i++)
-                    bent[3 * i] = planar[1][i], bent[3 * i + 1] = planar[2][i], bent[3 * i + 2] = planar[3][i];
-                gtaoi_store(c, x0 * s, full_y, count, planar[0], bent, 0);
+                if (set) {
+                    for (k = 0; k < 3 && 3 * (set - 1) + k < gtaoi_sh_count(&c->o); k++)
+                        memcpy((char *)c->o.sh + (3 * (set - 1) + k) * c->o.sh_plane_stride +
+                                   (ptrdiff_t)full_y * c->o.sh_stride + (ptrdiff_t)(x0 * s) * 4,
+                               planar[k + 1], (size_t)count * 4);
+                    continue;
+                }
+                for (i = 0; f->bent && i < count; i += GTAOI_W) {
+                    int to = c->o.bent_normals && !c->o.packed, last = gtaoi_imin(GTAOI_W, count - i) - 1;
+                    float records[4 * GTAOI_W], *at = bent + 3 * i;
+                    GV rows[4];
+                    GTAOI_UNROLL
+                    for (k = 0; k < 4; k++)
+                        rows[k] = GV_LOAD(planar[(k + 1) & 3] + i);
+                    GTAOI_NAME(gtaoi_store4)(records, 4, rows);
+                    if (to) /* straight to the caller */
+                        at = (float *)(void *)((char *)c->o.bent_normals + (ptrdiff_t)full_y * c->o.bent_stride) +
+                             (x0 * s + i) * c->o.bent_components;
+                    if (to && c->o.bent_components == 4) {
+                        memcpy(at, records, (size_t)(last + 1) * 16);
+                    } else {
+                        for (k = 0; k < last; k++) /* a fourth component too many, which the next one overwrites */
+                            memcpy(at + 3 * k, records + 4 * k, 16);
+                        memcpy(at + 3 * last, records + 4 * last, 12);
+                    }
+                }
+                gtaoi_store(c, x0 * s, full_y, count, planar[0], c->o.packed ? bent : 0, 0);
             }
 }
 #endif /* GTAOI_KERNELS */

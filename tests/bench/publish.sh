@@ -384,9 +384,7 @@ awk -F, '$1 == "pooled" && $5 == "plain" { e[$2, $3, $4] = $6 }
 # What the program printed, as it is.
 { echo '```'; cat build/bench/multibounce.txt; echo '```'; } > $out/multibounce.md
 
-cp build/bench/viewer.txt $out/viewer.md
 cp build/bench/effort.txt $out/effort.md
-[ ! -e build/bench/sequence.txt ] || cp build/bench/sequence.txt $out/sequence.md
 
 # ---- docs -----------------------------------------------------------------------------------------------------------
 
@@ -396,4 +394,4 @@ cp build/bench/crops.png docs/figures/bench_crops.png
 cp build/bench/directional.png docs/figures/bench_directional.png
 cp build/bench/thickness_crops.png docs/figures/bench_thickness_crops.png
 exec tests/bench/insert.sh $out README.md docs/benchmark.md docs/accuracy.md docs/directional.md docs/thickness.md \
-    docs/viewer.md docs/performance.md
+    docs/performance.md

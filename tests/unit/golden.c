@@ -110,6 +110,8 @@ static uint64_t hash_frames(const frame_setting *f, gtao_isa isa) {
         if (sequence_run(&q, k, NULL) != GTAO_OK)
             h = 0;
         h = hash_plane(hash_plane(hash_plane(h, &q.out.visibility), &q.out.bent), &q.out.packed);
+        if (q.out.sh.memory)
+            h = hash_plane(h, &q.out.sh);
     }
     sequence_free(&q);
     return h;
@@ -313,14 +315,16 @@ static int hash_all(gtao_isa isa, entry *entries) {
     entries[count].name = "sh";
     entries[count].hash = hash_sh_formulas();
     for (int i = 0; i < SETTING_COUNT; i++)
-        entries[count].hash = entries[count].hash * 31u + hash_setting(&settings[i], isa, GTAO_FORMAT_FLOAT, WANT_SH);
+        if (!settings[i].desc.far_depth)
+            entries[count].hash =
+                entries[count].hash * 31u + hash_setting(&settings[i], isa, GTAO_FORMAT_FLOAT, WANT_SH);
     count++;
     entries[count].name = "sh-thickness";
     entries[count].hash = hash_start;
     for (int i = 0; i < SETTING_COUNT; i++) {
         setting thick = settings[i];
         thick.desc.thickness = 0.15f;
-        if (thick.desc.estimator == GTAO_ESTIMATOR_NORMALIZED && thick.desc.thin_blend == 0.0f)
+        if (thick.desc.estimator == GTAO_ESTIMATOR_NORMALIZED && thick.desc.thin_blend == 0.0f && !thick.desc.far_depth)
             entries[count].hash = entries[count].hash * 31u + hash_setting(&thick, isa, GTAO_FORMAT_FLOAT, WANT_SH);
     }
     count++;

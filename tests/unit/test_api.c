@@ -130,6 +130,16 @@ enum { NULL_DESC = 1, NULL_OUTPUT = 2 };
     X(target_negative, GTAO_ERROR_TARGET, c->desc.error_target = -0.1f)                                                \
     X(target_nan, GTAO_ERROR_TARGET, c->desc.error_target = float_nan())                                               \
     X(target_noise, GTAO_ERROR_TARGET, (c->desc.error_target = 0.1f, c->desc.noise = GTAO_NOISE_NONE))                 \
+    X(far_unknown, GTAO_ERROR_FAR, c->desc.far_depth = (gtao_far)3)                                                    \
+    X(far_px_small, GTAO_ERROR_FAR, c->desc.far_px = 7)                                                                \
+    X(far_px_negative, GTAO_ERROR_FAR, c->desc.far_px = -16)                                                           \
+    X(far_hilbert, GTAO_ERROR_FAR, far_with(&c->desc)->noise = GTAO_NOISE_HILBERT)                                     \
+    X(far_clamp, GTAO_ERROR_FAR, far_with(&c->desc)->border = GTAO_BORDER_CLAMP)                                       \
+    X(far_every_pixel, GTAO_ERROR_FAR, far_with(&c->desc)->every_pixel = 1)                                            \
+    X(far_reference, GTAO_ERROR_FAR, far_with(&c->desc)->preset = GTAO_PRESET_REFERENCE)                               \
+    X(far_thickness, GTAO_ERROR_FAR, far_with(&c->desc)->thickness = 1)                                                \
+    X(far_thin_blend, GTAO_ERROR_FAR, far_with(&c->desc)->thin_blend = 0.5f)                                           \
+    X(far_memo, GTAO_ERROR_FAR, far_with(&c->desc)->estimator = GTAO_ESTIMATOR_MEMO)                                   \
     X(isa_unknown, GTAO_ERROR_ISA, c->desc.isa = (gtao_isa)6)                                                          \
     X(isa_of_another_machine, GTAO_ERROR_ISA,                                                                          \
       c->desc.isa = gtao_isa_available(GTAO_ISA_NEON) ? GTAO_ISA_SSE2 : GTAO_ISA_NEON)                                 \
@@ -178,6 +188,11 @@ static void ortho(gtao_desc *d, float sx, float sy) {
 static void interleave(gtao_output *o, ptrdiff_t step, ptrdiff_t row) {
     o->sh_plane_stride = step;
     o->sh_stride = row;
+}
+
+static gtao_desc *far_with(gtao_desc *d) {
+    d->far_depth = GTAO_FAR_NEAREST;
+    return d;
 }
 
 static void behind(gtao_desc *d, int which, ptrdiff_t stride) {
