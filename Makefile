@@ -5,8 +5,10 @@
 # make strict     every language standard, compiler, target and optimisation level, warnings as errors
 # make bench      error against run time, beside other methods, into build/bench/ and docs/; QUICK=1: a look in five minutes
 # make specular   that part of make bench which is about specular occlusion: docs/specular.md and its pictures
+# make bench-frames  that part of it which is about frames: docs/frames.md, docs/viewer.md
 # make bench-bake  tables of docs/baking.md; LARGE=1: also 8192 x 8192 in 512 MiB. make bench-gis: beside SAGA GIS
 # make fuzz       libFuzzer for FUZZ_SECONDS (60); make msan: golden hashes and the corpus under MemorySanitizer
+# make port-docs  the tables and the picture of docs/porting.md
 # make golden     rewrite tests/data/golden.txt (after a deliberate change of the results)
 # make figures    docs/figures/*.gp to svg, and the pictures in README and docs/ from the demos and the viewer
 # make format, make check-format, make coverage, make clean
@@ -66,11 +68,11 @@ bench_programs := $(foreach f,$(benches),$(call program_of,$(f)))
 suite_programs := $(foreach f,$(suites),build/tests/$(basename $(notdir $(f))))
 objects = $(patsubst %.c,$(obj)/%.o,$(1))
 
-.PHONY: all bake-mpi bench-bake bench-gis demo demo-sequence test suites determinism golden instructions instructions-record strict bench specular fuzz msan figures \
+.PHONY: all bake-mpi port port-docs bench-bake bench-frames bench-gis demo demo-sequence test suites determinism golden instructions instructions-record strict bench specular fuzz msan figures \
     format check-format coverage clean FORCE
 .DELETE_ON_ERROR:
 .PRECIOUS: build/setup/%
-all: $(programs) bake-mpi
+all: $(programs) bake-mpi port
 
 # ---- objects --------------------------------------------------------------------------------------------------------
 
@@ -104,7 +106,7 @@ $(obj)/%.a:
 	@mkdir -p $(@D)
 	@rm -f $@ && ar rcs $@ $^
 
--include $(patsubst %.o,%.d,$(call objects,$(examples) examples/bake_mpi.c $(benches) $(suites) $(common) $(reference) $(bench_common)))
+-include $(patsubst %.o,%.d,$(call objects,$(examples) examples/bake_mpi.c $(wildcard examples/port/*.c) $(benches) $(suites) $(common) $(reference) $(bench_common)))
 
 # ---- programs -------------------------------------------------------------------------------------------------------
 
@@ -137,6 +139,33 @@ bake-mpi: $(programs) | build/setup/bake
 $(call objects,examples/bake_mpi.c): private cflags += $(mpi_flags)
 $(eval $(call program,build/bake-mpi,examples/bake_mpi.c,$(obj)/common.a,$(exr_libs) $$(raster_libs) $$(shell mpicc --showme:link)))
 
+# The shaders, and the host that runs them, only where glslang and Vulkan's headers are installed.
+shader_sources := $(wildcard examples/shaders/*.hlsl)
+shaders := $(foreach f,$(basename $(notdir $(shader_sources))),build/shaders/$(f).spv build/shaders/half/$(f).spv)
+glslang := glslangValidator --quiet -D -V -S comp -e main --hlsl-enable-16bit-types --shift-ssbo-binding 1
+build/shaders/%.spv: examples/shaders/%.hlsl $(wildcard examples/shaders/*.hlsli)
+	@mkdir -p $(@D)
+	$(call say,glslang $<)
+	$(Q)$(glslang) $< -o $@
+build/shaders/half/%.spv: examples/shaders/%.hlsl $(wildcard examples/shaders/*.hlsli)
+	@mkdir -p $(@D)
+	$(call say,glslang $@)
+	$(Q)$(glslang) -DHALF=1 $< -o $@
+
+has_port = $(and $(shell command -v glslangValidator),$(call has_header,vulkan/vulkan.h))
+port_objects := $(call objects,examples/port/gpu.c examples/port/stages.c)
+$(obj)/port.a: $(port_objects)
+$(port_objects) $(call objects,examples/port/port.c): | build/setup/port
+port: build/ao | build/setup/port
+	@if [ '$(if $(has_port),yes)' ]; then env -u MAKEFLAGS -u MFLAGS $(MAKE) --no-print-directory \
+	config='$(config)' CC='$(CC)' CFLAGS='$(CFLAGS)' V='$(V)' build/port-all; \
+	else echo 'build/port: left out, there is no glslangValidator or no vulkan/vulkan.h'; fi
+
+.PHONY: build/port-all
+build/port-all: build/port $(shaders)
+	@:
+$(eval $(call program,build/port,examples/port/port.c,$(obj)/port.a $(obj)/common.a,-lvulkan $(exr_libs) $$(raster_libs)))
+
 # ---- what to do with them -------------------------------------------------------------------------------------------
 
 demo: build/demo-sheet
@@ -155,11 +184,15 @@ bench: $(bench_programs) build/lut build/tests/test_specular build/viewer build/
 	build/bench_thickness $(if $(QUICK),--quick)
 	build/bench_multibounce $(if $(QUICK),--size 120x68 --paths 50,--size 240x135 --paths 200) > build/bench/multibounce.txt
 	build/bench_directional $(if $(QUICK),--size 120x68 --rays 144) > build/bench/directional.txt
-	build/viewer --benchmark --threads 2 $(if $(QUICK),--frames 5) > build/bench/viewer.txt
-	$(if $(QUICK),,build/sequence build/bench/sequence > build/bench/sequence.txt)
 	build/bench_sweep $(if $(QUICK),--quick) > build/bench/sweep.txt
+	build/bench_effort $(if $(QUICK),--quick) > build/bench/effort.txt
 	tests/bench/publish.sh $(if $(QUICK),,docs)
 	tests/bench/specular.sh $(if $(QUICK),--quick,docs)
+	tests/bench/frames.sh $(if $(QUICK),--quick,docs)
+
+# Only the part of it that is about frames: docs/frames.md, docs/viewer.md.
+bench-frames: build/bench_frames build/viewer build/sequence
+	tests/bench/frames.sh $(if $(QUICK),--quick,docs)
 
 # Only the part of it that is about specular occlusion.
 specular: build/bench_shading build/bench_specular build/lut build/tests/test_specular
@@ -171,10 +204,10 @@ bench-bake: build/bake build/bake_bench bake-mpi
 bench-gis: build/bake build/bake_bench | build/setup/gis
 	tests/bench/gis.sh
 
-test: $(suite_programs) $(programs) bake-mpi | build/setup/test
+test: $(suite_programs) $(programs) bake-mpi port | build/setup/test
 	@tests/run.sh $(suite_programs) tests/determinism.sh tests/instructions.sh
 
-suites: $(suite_programs) $(programs) bake-mpi
+suites: $(suite_programs) $(programs) bake-mpi port
 	@tests/run.sh $(suite_programs)
 
 determinism: | build/setup/test
@@ -210,7 +243,10 @@ figures: demo demo-sequence build/viewer build/bake build/mesh_to_map | build/se
 	  -o build/demo/ao.pfm --bent build/demo/bent.pfm --picture docs/figures/bake_mesh.png
 	@for f in docs/figures/*.gp; do echo "gnuplot $$f" && gnuplot $$f > $${f%.gp}.svg || exit 1; done
 
-sources := $(wildcard *.h examples/*.[ch] examples/common/*.[ch] tests/*/*.[ch])
+port-docs: build/ao build/diff build/replay build/mesh_to_map port
+	tests/port/figures.sh docs
+
+sources := $(wildcard *.h examples/*.[ch] examples/common/*.[ch] examples/port/*.[ch] tests/*/*.[ch])
 format: | build/setup/format
 	clang-format -i $(sources) && clang-format -i $(sources) # once is not always enough
 

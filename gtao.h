@@ -44,8 +44,10 @@
  *   1 gtao_compute: one call. gtao_frame: the next frame of a sequence, at half resolution if wanted, filtered in space
  *     and time.
  *   2 gtao_begin, gtao_prepare_rows, gtao_visibility_rows: the stages, on row ranges.
+ *     gtao_share_rows, gtao_refine_begin, gtao_refine_rows: more effort where the image needs it (error_target).
  *     gtao_sweep_begin, gtao_sweep_run: the same by sweeping lines, at any radius, for baking.
  *   3 gtao_arc, gtao_arc_bent, gtao_noise_at, gtao_multi_bounce, ...: the formulas, for those who port them.
+ *     gtao_output.horizons, gtao_context_constants, ...: what lies between the stages (docs/porting.md).
  *   depth, normals -> prepare (height, by noise phase) -> horizons -> integrate -> visibility, bent normals, SH
  *                  -> reduce -> prepare -> horizons -> spatial filter -> temporal filter -> upsample (docs/frames.md)
  *
@@ -58,12 +60,14 @@
  *   No allocation, no globals, no I/O. The caller's scratch: 4 bytes a pixel for the height buffer (8 with thickness,
  *   and 8 for each further layer), its padding (1 KiB a row at most), and sample tables, 32 bytes for each of 16 noise
  *   phases (1 without noise) x slices x radius classes (4 an octave) x steps, or x pixels of the largest radius in
- *   every-pixel mode. 960x540, 1 slice of 8 steps: 5.3 bytes a pixel in all (tests/unit/test_api.c). gtao_frame's state:
- *   gtao_frame_state_size.
+ *   every-pixel mode. 960x540, 1 slice of 8 steps: 5.7 bytes a pixel in all (tests/unit/test_api.c). gtao_frame's state:
+ *   gtao_frame_state_size. error_target: 72 bytes a pixel more, of which 24 are touched without bent normals and
+ *   harmonics, and tables of tens of megabytes, of which only the radii and levels in use are touched.
  *
  * THREADS
  *   None inside. Ranges of rows of one stage may run on any threads at once; finish gtao_prepare_rows of all rows
- *   before gtao_visibility_rows of any. Results do not depend on the split.
+ *   before gtao_visibility_rows of any. Results do not depend on the split; ranges of multiples of GTAO_STRIP rows
+ *   skip most (docs/performance.md).
  *
  * SIMD AND DETERMINISM
  *   Scalar, SSE2, AVX2, AVX-512 (F + DQ) and AArch64 NEON kernels are one text compiled once per width, chosen at run
@@ -94,7 +98,7 @@
  *     them in place of rotated and multiplied zonal harmonics; its aperture heeds the bent normal's tilt.
  *   - Noise [J16]: 96 different directions and 16 different offsets; as printed there would be 48 and 4
  *     (gtaoi_noise_memo).
- *   - Rises above the tangent plane of less than 2.4e-4 in cot h are rounding and ignored: 1e-7 in visibility.
+ *   - Rises above the tangent plane of less than 9.8e-4 in cot h are rounding and ignored: 1e-6 in visibility.
  *   - A normal that faces away from the eye is tilted until it just faces it.
  *   - Frames [J16]: pixels are averaged by their slices' share of the integral; the spatial filter tells surfaces apart
  *     by a pixel's footprint in depth rather than a tenth of it; the history's clamp never closes below the noise of one
@@ -165,6 +169,7 @@ extern "C" {
     X(GTAO_ERROR_STEPS, "steps: must be 0 (from the preset) or 1..256")                                                \
     X(GTAO_ERROR_STEP_POWER, "step_power: must be 0 (default) or 0.25..8")                                             \
     X(GTAO_ERROR_THIN_BLEND, "thin_blend: must be 0..1")                                                               \
+    X(GTAO_ERROR_ALLOWED, "tolerance: must be 0..1")                                                                   \
     X(GTAO_ERROR_THICKNESS, "thickness: must not be negative or NaN")                                                  \
     X(GTAO_ERROR_THICKNESS_MAP,                                                                                        \
       "thickness_map, thickness_stride: null, or rows overlap or are not a multiple of 4 bytes apart")                 \
@@ -173,16 +178,19 @@ extern "C" {
     X(GTAO_ERROR_ARCS, "thickness, thickness_map, back, layers: not with the memo estimator or thin_blend")            \
     X(GTAO_ERROR_ESTIMATOR, "estimator: unknown")                                                                      \
     X(GTAO_ERROR_WEIGHTING, "weighting: unknown")                                                                      \
+    X(GTAO_ERROR_FAR,                                                                                                  \
+      "far_depth, far_px: unknown, below 8 px, or not with this noise, border, every_pixel, thickness, cosines")       \
     X(GTAO_ERROR_NOISE, "noise: unknown")                                                                              \
+    X(GTAO_ERROR_TARGET, "error_target: must be 0 or positive, with the memo's noise; no frame, sweep, horizons")      \
     X(GTAO_ERROR_ISA, "isa: unknown, not compiled in, or not supported by this machine")                               \
     X(GTAO_ERROR_OUTPUT, "output: null, or no buffer in it")                                                           \
     X(GTAO_ERROR_OUTPUT_FORMAT, "visibility_format: unknown")                                                          \
     X(GTAO_ERROR_OUTPUT_STRIDE,                                                                                        \
       "visibility_stride, bent_stride, bent_components, packed_stride: rows overlap or are misaligned")                \
     X(GTAO_ERROR_OUTPUT_SH, "sh_bands, sh_stride, sh_plane_stride: 0 (3), 2 or 3 bands, apart by multiples of 4 "      \
-                            "bytes; sh: not in a frame")                                                               \
+                            "bytes; of a frame: as frame.sh_bands")                                                    \
     X(GTAO_ERROR_SCRATCH, "scratch, context: null, or smaller than gtao_scratch_size()")                               \
-    X(GTAO_ERROR_SWEEP, "estimator, thin_blend, thickness, back, layers, sh, signal: not in a sweep")                  \
+    X(GTAO_ERROR_SWEEP, "estimator, thin_blend, thickness, back, layers, signal, horizons ..: not in a sweep")         \
     X(GTAO_ERROR_REGION, "region: must be a part of the image, or all zero")                                           \
     X(GTAO_ERROR_HORIZONS, "horizon_stride, horizon_plane: rows or planes overlap or are misaligned")                  \
     X(GTAO_ERROR_BEYOND, "beyond: needs an orthographic camera, an open border and a beyond_reach of 1..2^20")         \
@@ -192,6 +200,7 @@ extern "C" {
     X(GTAO_ERROR_SIGNAL, "signal_planes: must be 0 (2), 2 or 5, planes and rows multiples of 4 bytes apart")           \
     X(GTAO_ERROR_FRAME, "frame: null pointer")                                                                         \
     X(GTAO_ERROR_REDUCTION, "reduction: unknown")                                                                      \
+    X(GTAO_ERROR_SH_BANDS, "frame.sh_bands: must be 0 (no output.sh), 2 or 3, as output.sh_bands")                     \
     X(GTAO_ERROR_SPATIAL, "spatial_passes: must be 0 (1) or 1..3")                                                     \
     X(GTAO_ERROR_TOLERANCE, "depth_tolerance: must be zero (default) or finite and positive")                          \
     X(GTAO_ERROR_HISTORY, "history: unknown")                                                                          \
@@ -199,7 +208,7 @@ extern "C" {
     X(GTAO_ERROR_CLAMP_WINDOW, "clamp_window: must be zero (default) or finite and positive")                          \
     X(GTAO_ERROR_VIEW_TO_PREVIOUS, "view_to_previous: must be finite")                                                 \
     X(GTAO_ERROR_MOTION, "motion_stride, motion_components: 0 (2), 2 or 3 floats, rows apart by multiples of 4 bytes") \
-    X(GTAO_ERROR_FRAME_ARCS, "desc.thickness_map, back, layers: not in frames, only a constant thickness")             \
+    X(GTAO_ERROR_FRAME_ARCS, "desc.back, layers: not in frames; thickness, thickness_map are")                         \
     X(GTAO_ERROR_STATE, "state, context: null, or smaller than gtao_frame_state_size()")
 
 typedef enum gtao_result {
@@ -259,6 +268,13 @@ typedef enum gtao_noise {
     GTAO_NOISE_NONE = 2     /* slice angles pi (k + 1/2) / slices and step offset 1/2 at every pixel */
 } gtao_noise;
 
+typedef enum gtao_far { /* what samples far from their pixel read: the depth chain of [J16], of one level */
+                        GTAO_FAR_EXACT = 0,   /* the same heights as near ones */
+                        GTAO_FAR_NEAREST = 1, /* 4x4 pixels as one: nearest of 2x2, twice [J16] */
+                        GTAO_FAR_AVERAGE =
+                            2 /* their mean, without what is more than 3/4 of the radius before the rest */
+} gtao_far;
+
 typedef enum gtao_isa {
     GTAO_ISA_AUTO = 0,
     GTAO_ISA_SCALAR = 1,
@@ -267,6 +283,18 @@ typedef enum gtao_isa {
     GTAO_ISA_AVX512 = 4,
     GTAO_ISA_NEON = 5
 } gtao_isa;
+
+/* What is not computed because the result is known without it (docs/performance.md). Planes are told from cells of
+ * 16x16 pixels: prepare and compute in ranges of multiples of GTAO_STRIP rows, or what they cut is computed in full. */
+typedef enum gtao_skip {
+    GTAO_SKIP_SKY = 1,     /* blocks of nothing but sky */
+    GTAO_SKIP_OPEN = 2,    /* pixels above whose tangent plane nothing rises within the radius: visibility 1 */
+    GTAO_SKIP_SECTORS = 4, /* samples in directions and at distances in which nothing can rise above it */
+    GTAO_SKIP_REST = 8,    /* gtao_frame: tiles in which nothing changes, as gtao_frame_desc.no_skip */
+    GTAO_SKIP_ALL = 15
+} gtao_skip;
+
+enum { GTAO_STRIP = 16 }; /* rows that such ranges are multiples of */
 
 #define GTAO_MAX_LAYERS 8
 
@@ -311,11 +339,17 @@ typedef struct gtao_desc {
     int max_radius_px; /* cap of the search in pixels; 0: the image diagonal; 32767 at most */
 
     gtao_preset preset;
-    int slices;       /* directions per pixel, 1..64; 0: from the preset */
-    int steps;        /* samples on each side of a slice, 1..256; 0: from the preset */
-    int every_pixel;  /* nonzero: visit every pixel out to the radius instead of `steps` samples */
-    float step_power; /* samples lie at 1 + (radius_px - 1) ((j + offset) / steps)^power; 0: 2 */
-    float thin_blend; /* [J16] thickness heuristic: a sample below the horizon pulls it down by this factor; 0: off */
+    int slices;         /* directions per pixel, 1..64; 0: from the preset */
+    int steps;          /* samples on each side of a slice, 1..256; 0: from the preset */
+    int every_pixel;    /* nonzero: visit every pixel out to the radius instead of `steps` samples */
+    float step_power;   /* samples lie at 1 + (radius_px - 1) ((j + offset) / steps)^power; 0: 2 */
+    float error_target; /* RMSE of visibility to aim at, against endless slices and samples: effort goes where the image
+                         * needs it, preset, slices, steps and every_pixel are not read (docs/performance.md). Needs
+                         * GTAO_NOISE_MEMO. 0: off; below 0.02 is out of reach */
+    float tolerance;    /* error of a visibility that may be traded for speed, 0..1; 0: none. What rises little above a
+                       * tangent plane does not count, so bumpy ground is open ground. The visibility is never less
+                       * than without it and at most this more (normalized estimator, no thin_blend, no thickness) */
+    float thin_blend;   /* [J16] thickness heuristic: a sample below the horizon pulls it down by this factor; 0: off */
     /* Occluders with thickness: with any of these set, slices are integrated as unions of arcs instead of up to a
      * horizon. A sample is then a column along its view ray, from its front to its back (docs/theory.md). */
     float thickness;            /* length of the column, world units; 0 or 1e30 and more: endless, a height field */
@@ -331,7 +365,14 @@ typedef struct gtao_desc {
     gtao_noise noise;
     uint32_t frame; /* selects the temporal rotation and offset of the noise */
 
+    /* Less memory traffic for radii of hundreds of pixels, at some error: docs/frames.md. With the memo's noise, an open
+     * border and `steps` only; not with thickness, thin_blend or the memo's estimator. */
+    gtao_far far_depth;
+    int far_px; /* samples at least so far from their pixel are far: 8 or more; 0: 32 */
+
     gtao_isa isa;
+
+    unsigned no_skip; /* gtao_skip flags: what not to skip; costs time, changes no bit of the output */
 } gtao_desc;
 
 /* ---- output ----------------------------------------------------------------------------------------------------- */
@@ -367,6 +408,19 @@ typedef struct gtao_output {
     ptrdiff_t sh_stride;       /* bytes from row to row */
     ptrdiff_t sh_plane_stride; /* bytes from plane to plane; 0: height times sh_stride */
     int sh_bands;              /* 0 (3: 9 coefficients), 2 (4) or 3 */
+
+    /* What lies between the stages, as planes of equal strides: for other uses of the horizons
+     * (gtso_horizon_visibility) and for ports to compare with (docs/porting.md). Not in sweeps, which have horizon maps
+     * of their own. In gtao_frame: at the filters' resolution, tiles at rest left as they are. */
+    float *horizons; /* 2 planes a slice, + side at 2k, - side at 2k + 1: angle in radians from the view vector up to
+                      * which everything is open or hangs free, clamped to the normal's hemisphere; not computed: pi/2 */
+    uint32_t *arcs;  /* 2 planes a slice: with thickness, the sectors that are occluded above that horizon */
+    float *slices;   /* 3 planes a slice: angle of the normal projected to the slice, signed; Jacobian 1 / |b_perp|^2;
+                      * integral of the open slice. Not computed: 0 */
+    float *surface;  /* 7 planes: unit normal as used, view space; gradient of the height on the tangent plane, per
+                      * pixel; extent of the radius; its class, -1 and the others 0 where nothing is computed */
+    ptrdiff_t horizon_stride; /* of all four: bytes from row to row; 0: tightly packed */
+    ptrdiff_t horizon_plane;  /* bytes from plane to plane; 0: height times horizon_stride */
 } gtao_output;
 
 /* Counts, added to what is already there; a thread passes its own and sums them afterwards. */
@@ -377,6 +431,10 @@ typedef struct gtao_stats {
     uint64_t small_radius;    /* because the radius projects to less than a pixel */
     uint64_t derived_normals; /* pixels whose normal came from depth */
     uint64_t samples;         /* horizon samples, all pixels */
+    uint64_t sky_skipped;     /* pixels of `sky` in blocks that were not looked at */
+    uint64_t open;            /* pixels that are known to be open */
+    uint64_t samples_skipped; /* of the other pixels: samples that cannot rise, not taken */
+    uint64_t refined;         /* error_target: pixels of tiles that got more slices than one */
     uint64_t unchanged;       /* gtao_frame: pixels of the filters' resolution in tiles at rest, not computed anew */
 } gtao_stats;
 
@@ -407,12 +465,74 @@ GTAO_API void gtao_prepare_rows(const gtao_context *context, int row_begin, int 
 /* ... horizons, integration and output, rows [row_begin, row_end), again in any order on any threads. */
 GTAO_API void gtao_visibility_rows(const gtao_context *context, int row_begin, int row_end, gtao_stats *stats);
 
+/* With error_target set, gtao_visibility_rows is the first of these stages, to be finished one before the other, and
+ * gtao_share_rows writes the output:
+ *   gtao_visibility_rows  one slice of 16 samples a pixel
+ *   gtao_share_rows       neighbours on one surface share their slices: the first result, with an estimate of its error
+ *   gtao_refine_begin     one thread: more slices for the tiles in which they take off most error for their time, till
+ *                         the target is met
+ *   gtao_refine_rows      ... computes these
+ *   gtao_share_rows       ... and these tiles' results
+ * For a time budget: `most` is what may be spent, in times of what gtao_visibility_rows took (0: no limit); a target of
+ * 1e-6 with it gives the least error within it. When time is up, gtao_refine_rows may be left out for the rest of the
+ * rows; gtao_share_rows is due for all. gtao_refine_begin returns what gtao_refine_rows will take, in the same unit; 0:
+ * nothing is left to do. Ranges are rounded up to multiples of 4 rows. */
+GTAO_API void gtao_share_rows(const gtao_context *context, int row_begin, int row_end);
+GTAO_API float gtao_refine_begin(gtao_context *context, float most);
+GTAO_API void gtao_refine_rows(const gtao_context *context, int row_begin, int row_end, gtao_stats *stats);
+
+GTAO_API int gtao_desc_slices(const gtao_desc *desc); /* directions per pixel that a description stands for */
 /* What was resolved: the preset's slices and steps, the kernel in use. */
 GTAO_API int gtao_context_slices(const gtao_context *context);
 GTAO_API int gtao_context_steps(const gtao_context *context); /* 0: every pixel */
 GTAO_API gtao_isa gtao_context_isa(const gtao_context *context);
 GTAO_API const char *gtao_isa_name(gtao_isa isa); /* "scalar", "sse2", ... */
 GTAO_API int gtao_isa_available(gtao_isa isa);    /* compiled in and supported here */
+
+/* ---- what a port needs: constants, tables and heights of a context (docs/porting.md) ------------------------------ */
+
+/* Everything that the kernels take from a description, resolved: I(integer) F(float) V(floats, how many). Meanings:
+ * docs/porting.md. */
+/* clang-format off */
+#define GTAO_CONSTANTS(I, F, V)                                                                                        \
+    I(width) I(height) I(depth_kind) I(border) I(estimator) I(weighting) I(noise) I(frame) I(orthographic)             \
+    I(bounded) I(every_pixel) I(arcs) I(clip) I(cosines) I(layers) I(slices) I(steps) I(period) I(classes)             \
+    I(class_base) F(radius) F(falloff) F(thin_blend) F(step_power) F(extent_min) F(extent_max) F(max_radius) F(bx1)    \
+    F(by1) F(cx) F(cy) F(unit) F(reach) F(inner2) F(inv_falloff) F(w_scale) F(w_bias) F(w_numerator) F(w_far)          \
+    F(w_max) F(z_sky) V(to_view, 9) F(same_surface) F(connect) F(thickness) F(weight_scale) F(sky) F(sky_limit)        \
+    F(ray_limit) F(w_min) F(ortho_limit) F(kappa_limit) F(rise_min) F(facing_min) F(arc_limit) I(sectors)
+/* clang-format on */
+
+typedef struct gtao_constants {
+#define GTAOI_I(name) int name;
+#define GTAOI_F(name) float name;
+#define GTAOI_V(name, count) float name[count];
+    GTAO_CONSTANTS(GTAOI_I, GTAOI_F, GTAOI_V)
+} gtao_constants;
+GTAO_API void gtao_context_constants(const gtao_context *context, gtao_constants *constants);
+
+/* Slice k of the pixels of a phase of the noise, 0 <= phase < period^2: unit screen direction (dx, dy), the same in
+ * units of the ray r, its square. Noise of every pixel its own (GTAO_NOISE_HILBERT): not here. */
+typedef struct gtao_direction {
+    float dx, dy, bx, by, bb;
+} gtao_direction;
+GTAO_API gtao_direction gtao_context_direction(const gtao_context *context, int phase, int k);
+
+/* Sample of the + side; the - side's is at (-qx, -qy). In every-pixel mode ux is the weight of the second of two taps,
+ * one pixel further across the slice. */
+typedef struct gtao_tap {
+    int qx, qy;
+    float inv_length, ux, uy; /* 1 / |q|, q / |q| */
+} gtao_tap;
+/* How many samples a side has; they are written to `taps` unless that is null. */
+GTAO_API int gtao_context_taps(const gtao_context *context, int phase, int k, int radius_class, gtao_tap *taps);
+
+/* Row y of the heights (or of the backs of the occluders) of a layer, 0 the first, after gtao_prepare_rows. */
+GTAO_API void gtao_context_heights(const gtao_context *context, int layer, int back, int y, float *row);
+
+/* The vector o of slice k at pixel (x, y): unit length, perpendicular to the view vector v. The slice's directions are
+ * cos(h) v +- sin(h) o; horizons are such h. */
+GTAO_API void gtao_context_slice(const gtao_context *context, int x, int y, int k, float o[3], float v[3]);
 
 /* ---- frames: half resolution, denoising in space and time, upsampling ------------------------------------------- */
 
@@ -437,12 +557,16 @@ typedef struct gtao_frame_desc {
 
     int half;                 /* nonzero: everything between reduce and upsample at half resolution */
     gtao_reduction reduction; /* with half */
+    int upsample_normals;     /* nonzero: upsampling heeds normals, too; a little better, and dear: docs/frames.md */
 
     int no_spatial;        /* nonzero: no spatial filter */
     int spatial_passes;    /* 1..3; 0: 1. The first covers 4x4 pixels, the others smooth what is left */
     float depth_tolerance; /* relative difference of depth from the pixel's plane at which another's weight has fallen
                             * to zero; orthographic: difference over the radius. [J16] takes 0.1; 0: what a pixel
                             * measures at its depth, which halves the error (docs/accuracy.md) */
+
+    int sh_bands; /* 2 or 3: output.sh of so many bands is wanted, filtered with the same weights. Costs memory, and the
+                   * filters' time two or three times again; 0: no output.sh */
 
     int no_temporal; /* nonzero: no history */
     gtao_history history;
@@ -455,7 +579,9 @@ typedef struct gtao_frame_desc {
     int motion_components; /* floats a pixel: 0 (2), 2, or 3: the third is the previous view depth z' minus z */
     int cut;               /* nonzero: forget the history */
 
-    int no_skip; /* nonzero: compute also what did not change; the results are the same */
+    int no_skip;   /* nonzero: compute also what did not change; the results are the same */
+    int unchanged; /* nonzero: camera, depth, normals, thickness_map and mask are those of the previous frame, and
+                    * nothing moves. Saves reading them to find that out; ignored in the first frame */
 } gtao_frame_desc;
 
 /* Bytes of state for this description, or 0 if it is invalid. All frames of a sequence need the same size; when it or
@@ -463,7 +589,7 @@ typedef struct gtao_frame_desc {
 GTAO_API size_t gtao_frame_state_size(const gtao_frame_desc *frame);
 
 /* One frame. `state` is zero (or anything, with `cut` set) before the first. `output` as in gtao_compute, without
- * `signal` and without `sh`, for which there is gtao_sh_from_cone. `stats` may be null. */
+ * `signal`; `sh` as sh_bands says (there is gtao_sh_from_cone, too). `stats` may be null. */
 GTAO_API gtao_result gtao_frame(const gtao_frame_desc *frame, const gtao_output *output, void *state, size_t state_size,
                                 gtao_stats *stats);
 
@@ -490,6 +616,29 @@ typedef enum gtao_plane {
 } gtao_plane;
 GTAO_API const float *gtao_frame_plane(const gtao_frame_context *context, gtao_plane plane, int *width, int *height,
                                        ptrdiff_t *stride);
+/* All that a stage has just written: plane 0, 1, ... until null. `name` receives "height", "visibility", "bent.X" ...
+ * Rows are *stride bytes apart. */
+GTAO_API const float *gtao_frame_stage_plane(const gtao_frame_context *context, int stage, int plane, const char **name,
+                                             ptrdiff_t *stride);
+/* The caller's image as a context, without tables; gtao_frame_horizons is that of the filters' resolution. */
+GTAO_API const gtao_context *gtao_frame_image(const gtao_frame_context *context);
+
+/* What the filters take from a description, as GTAO_CONSTANTS. */
+/* clang-format off */
+#define GTAO_FRAME_CONSTANTS(I, F, V)                                                                                  \
+    I(scale) I(reduction) I(spatial_passes) I(temporal) I(fresh) I(moved) I(history) I(max_history)                    \
+    I(motion_components) V(window0, 5) V(window1, 5) F(tolerance_scale) F(tolerance_bias) F(clamp_window)              \
+    F(clamp_noise) F(blur_cost) F(disocclusion_scale) F(disocclusion_bias) V(before, 12) F(before_fx) F(before_fy)     \
+    F(before_cx) F(before_cy)
+/* clang-format on */
+
+typedef struct gtao_frame_constants {
+    GTAO_FRAME_CONSTANTS(GTAOI_I, GTAOI_F, GTAOI_V)
+#undef GTAOI_I
+#undef GTAOI_F
+#undef GTAOI_V
+} gtao_frame_constants;
+GTAO_API void gtao_frame_get_constants(const gtao_frame_context *context, gtao_frame_constants *constants);
 
 /* ---- thickness --------------------------------------------------------------------------------------------------- */
 
@@ -517,7 +666,7 @@ GTAO_API void gtao_compose_layers(size_t n, const float *scene, const float *sce
  * other image): read are depth, normals, mask, camera, border (lines go on for one image diagonal beyond a clamped or
  * wrapped one), radius, falloff, slices (0: 32; K slices are 2 K directions, slice k at pi (k + 1/2) / K on its + side),
  * weighting and isa; ignored are steps, max_radius_px, step_power, noise and frame. Refused are the memo's estimator,
- * thin_blend, thickness, backs, layers, spherical harmonics and the signal.
+ * thin_blend, thickness, backs, layers and the signal.
  *
  *     gtao_sweep *sweep;
  *     gtao_result result = gtao_sweep_begin(&desc, &output, &options, scratch, scratch_size, &sweep);
@@ -567,6 +716,7 @@ GTAO_API size_t gtao_sweep_work_size(const gtao_desc *desc, const gtao_sweep_opt
 GTAO_API gtao_result gtao_sweep_begin(const gtao_desc *desc, const gtao_output *output,
                                       const gtao_sweep_options *options, void *scratch, size_t scratch_size,
                                       gtao_sweep **sweep);
+GTAO_API const gtao_context *gtao_sweep_context(const gtao_sweep *sweep); /* constants, directions, heights */
 GTAO_API int gtao_sweep_phases(const gtao_sweep *sweep);
 GTAO_API int gtao_sweep_units(const gtao_sweep *sweep, int phase);
 /* Units [unit_begin, unit_end) of a phase; `work` is gtao_sweep_work_size bytes that no other thread uses meanwhile. */
@@ -737,6 +887,13 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #define GTAOI_TARGET(isa)
 #endif
 
+/* Before a loop of few, constant rounds over arrays of vectors, which gcc -O2 otherwise keeps in memory. */
+#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 8
+#define GTAOI_UNROLL _Pragma("GCC unroll 8")
+#else
+#define GTAOI_UNROLL
+#endif
+
 /* The lines of n floats ahead of a stream; never faults. */
 #if defined(__GNUC__) || defined(__clang__)
 #define GTAOI_PREFETCH(p, n)                                                                                           \
@@ -760,7 +917,7 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #define GTAOI_ORTHO_LIMIT 274877906944.0f /* 2^38: orthographic heights, in pixels */
 #define GTAOI_KAPPA_LIMIT 1073741824.0f   /* 2^30: cotangent of a horizon, so that products of four stay finite */
 #define GTAOI_RISE_MIN                                                                                                 \
-    2.44140625e-4f             /* 2^-12: a rise in cot h above the tangent plane that is rounding; 1e-7 in visibility */
+    9.765625e-4f               /* 2^-10: a rise in cot h above the tangent plane that is rounding; 1e-6 in visibility */
 #define GTAOI_UNIT 4e-6f       /* a normal's squared length is so near 1: taken as it is */
 #define GTAOI_FACING_MIN 1e-4f /* least n.v: a normal that faces away is tilted to the silhouette */
 #define GTAOI_CLASS_SHIFT 21   /* radius classes: exponent and 2 bits of mantissa, 4 an octave */
@@ -800,6 +957,9 @@ GTAOI_INLINE float gtaoi_min(float a, float b) {
 }
 GTAOI_INLINE float gtaoi_clamp(float x, float lo, float hi) {
     return gtaoi_min(gtaoi_max(x, lo), hi);
+}
+GTAOI_INLINE float gtaoi_abs(float a) {
+    return a < 0.0f ? -a : a;
 }
 GTAOI_INLINE int gtaoi_imin(int a, int b) {
     return a < b ? a : b;
@@ -1235,6 +1395,33 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 
 /* ---- context ---------------------------------------------------------------------------------------------------- */
 
+/* The heights of a cell of GTAOI_CELL^2 pixels lie between two planes, w0 + g.e + down and w0 + g.e + up, e from the
+ * cell's centre in pixels: those of the first layer above the lower, those of all layers below the upper. On a plane
+ * the two coincide but for rounding, however it slants. */
+enum {
+    GTAOI_CELL = 16,
+    GTAOI_CELL_W0 = 0,
+    GTAOI_CELL_GX,
+    GTAOI_CELL_GY,
+    GTAOI_CELL_UP,   /* GTAOI_CELL_NONE: nothing but sky */
+    GTAOI_CELL_DOWN, /* minus that: sky in the first layer */
+    GTAOI_CELL_PLANES,
+    GTAOI_DIRECTIONS = 16, /* sectors of directions on the screen */
+    GTAOI_SPAN = 32        /* tiles of 64x16 pixels that are looked at together */
+};
+#define GTAOI_CELL_NONE (-1e38f)
+#define GTAOI_SECTORS_PAY 16 /* samples a side from which it pays to tell directions apart */
+
+/* What the receivers of a tile may see. */
+typedef struct gtaoi_tile {
+    float gx, gy, slack;                              /* it holds for tangent planes with |g - (gx, gy)| <= slack */
+    int sky;                                          /* nothing but sky */
+    int known;                                        /* 0: anything may rise anywhere */
+    int open;                                         /* nothing rises */
+    float lo[GTAOI_DIRECTIONS], hi[GTAOI_DIRECTIONS]; /* where something may rise, in pixels; none: lo > hi */
+    float lo_all, hi_all;                             /* the same of all directions */
+} gtaoi_tile;
+
 /* One sample of a slice, shared by all pixels of a noise phase. */
 typedef struct gtaoi_sample {
     float inv_length;  /* 1 / |q|, or 1 / t on the slice line in every-pixel mode; per pixel */
@@ -1248,11 +1435,18 @@ typedef struct gtaoi_taps {
     float inv_length[2], ux[2], uy[2];
 } gtaoi_taps;
 
+/* A far sample on both sides: blocks of 4x4 pixels, by where their centres lie from the pixel. */
+typedef struct gtaoi_far {
+    float inv_length[2], ux[2], uy[2];
+    int32_t offset[2]; /* in the plane of blocks */
+} gtaoi_far;
+
 typedef struct gtaoi_slice {
     float dx, dy; /* unit screen direction */
     float bx, by; /* the same in units of the ray r: (dx / fx, dy / fy), or (dx, dy sy / sx) orthographic */
     float bb;     /* |b|^2 */
     int x_major;  /* |dx| >= |dy| */
+    int sector;   /* gtaoi_direction of the + side; the - side's is eight on */
 } gtaoi_slice;
 
 struct gtao_context {
@@ -1284,7 +1478,7 @@ struct gtao_context {
     float to_view[9];             /* normal_axes * normal_to_view */
     int transform_normals;
     int arcs;        /* occluders have thickness: unions of arcs */
-    int clip;        /* some backs are known: such columns count as far as they are within the radius */
+    int clip;        /* bit k: backs of layer k are known: such columns count as far as they are within the radius */
     float connect;   /* height difference per pixel within which samples are one surface, as same_surface */
     int layer_count; /* with the first */
     gtao_layer layer[1 + GTAO_MAX_LAYERS];
@@ -1300,11 +1494,23 @@ struct gtao_context {
     gtaoi_sample *sample;            /* [period^2][slices][classes or 1][max_steps] */
     gtaoi_taps *taps;                /* every-pixel mode: [period^2][slices][GTAOI_NEAR] */
     int *count;                      /* [period^2][slices][classes] */
-    float *noise;                    /* per-pixel noise: [64][64 + GTAOI_LANES][2 planes] */
-    float *step;                     /* per-pixel noise: ((j + offset) / steps)^power, [steps][64 offsets] */
-    int slice_begin, slice_end;      /* the slices of this pass over the rows: all of them, or a sweep's batch */
-    int x_begin, x_end;              /* columns that are wanted */
-    const struct gtaoi_pass *pass;   /* of a sweep; null: none */
+    gtaoi_far *far_sample;           /* with far_depth: as `sample` */
+    int *far_begin;                  /* and as `count`: the first of a list that are far */
+    float *far_w;                    /* heights of 4x4 pixels, at row 0 */
+    ptrdiff_t far_pitch;
+    float *noise;                   /* per-pixel noise: [64][64 + GTAOI_LANES][2 planes] */
+    float *step;                    /* per-pixel noise: ((j + offset) / steps)^power, [steps][64 offsets] */
+    int slice_begin, slice_end;     /* the slices of this pass over the rows: all of them, or a sweep's batch */
+    int x_begin, x_end;             /* columns that are wanted */
+    const struct gtaoi_pass *pass;  /* of a sweep; null: none */
+    float rise_min;                 /* rises in cot h that do not count */
+    unsigned skips;                 /* gtao_skip flags that these settings allow */
+    int cells_x, cells_y;           /* of 16x16 pixels */
+    ptrdiff_t cell_pitch;           /* floats from one row of cells to the next */
+    float *cell[GTAOI_CELL_PLANES]; /* what they hold */
+    uint32_t *prepared;             /* of each row: the range that it was last prepared in */
+    struct gtaoi_effort *effort;    /* error_target; null: none */
+    float *keep;                    /* height and tilt of each pixel go there, planes of gtaoi_effort; null: nowhere */
 };
 
 typedef struct gtaoi_layout {
@@ -1313,8 +1519,60 @@ typedef struct gtaoi_layout {
     uint32_t class_base;
     ptrdiff_t pitch, plane;
     int planes;
-    uint64_t w, slice, sample, taps, count, noise, total; /* byte offsets in the aligned scratch */
+    uint64_t w, slice, sample, taps, count, noise, cells, prepared, total; /* byte offsets in the aligned scratch */
+    int levels, effort_planes;
+    ptrdiff_t effort_pitch;
+    uint64_t effort, effort_plane, tiles, level_tables[8];
+    uint64_t far_sample, far_begin, far_w;
+    ptrdiff_t far_pitch;
 } gtaoi_layout;
+
+/* ---- effort by need ---- */
+
+enum {
+    GTAOI_EFFORT_W = 64, /* a tile: one group of 16 pixels of each of the 16 phases */
+    GTAOI_EFFORT_H = 4,
+    GTAOI_EFFORT_PAD = 16,
+    GTAOI_LEVELS = 7
+};
+
+/* Slices and samples of each level; squared error left after sharing, by the variance of the window's mean as the first
+ * level has it; time, by that of the first level; and what is left of the variance of one slice, about 1 / slices^1.5.
+ * All fitted to the scenes of build/bench_effort. */
+static const struct {
+    int slices, steps;
+    float error, cost, settled;
+} gtaoi_levels[GTAOI_LEVELS] = {
+    {1, 24, 1.1f, 1.0f, 1.0f},     {2, 24, 0.72f, 2.1f, 1.4f},   {3, 32, 0.43f, 3.4f, 0.385f},
+    {4, 48, 0.275f, 5.3f, 0.188f}, {6, 64, 0.18f, 9.1f, 0.068f}, {8, 64, 0.145f, 12.3f, 0.044f},
+    {16, 64, 0.1f, 25.5f, 0.016f},
+};
+
+typedef struct gtaoi_effort_tile {
+    float variance, count;       /* sums over the tile's pixels, of those with a surface */
+    float w_least, w_most;       /* of their heights; least > most: none */
+    unsigned char level, wanted; /* what has been computed, what is to be */
+} gtaoi_effort_tile;
+
+enum { /* planes: those of the signal first, then harmonics */
+       GTAOI_EFFORT_SIGNAL,
+       GTAOI_EFFORT_HEIGHT = 14,
+       GTAOI_EFFORT_TILT_X,
+       GTAOI_EFFORT_TILT_Y,
+       GTAOI_EFFORT_VARIANCE,
+       GTAOI_EFFORT_KINDS
+};
+
+typedef struct gtaoi_effort {
+    struct gtao_context level[GTAOI_LEVELS];
+    int levels, tiles_x, tiles_y, max_radius;
+    int more;              /* planes that are shared beside visibility: bent normal, harmonics */
+    int second;            /* gtao_refine_begin has been called */
+    float foot, foot_bias; /* height per pixel of a surface that faces the eye: foot w + foot_bias */
+    ptrdiff_t pitch, plane;
+    float *planes[GTAOI_EFFORT_KINDS]; /* at row 0, column 0; the signal's weight is that of all its slices */
+    gtaoi_effort_tile *tile;
+} gtaoi_effort;
 
 /* On the front of error against time of all settings (docs/benchmark.md). */
 static const struct {
@@ -1432,6 +1690,8 @@ static gtao_result gtaoi_check_desc(const gtao_desc *d) {
         return GTAO_ERROR_STEP_POWER;
     if (!(d->thin_blend >= 0.0f && d->thin_blend <= 1.0f))
         return GTAO_ERROR_THIN_BLEND;
+    if (!(d->tolerance >= 0.0f && d->tolerance <= 1.0f))
+        return GTAO_ERROR_ALLOWED;
     result = gtaoi_check_arcs(d);
     if (result != GTAO_OK)
         return result;
@@ -1441,6 +1701,13 @@ static gtao_result gtaoi_check_desc(const gtao_desc *d) {
         return GTAO_ERROR_WEIGHTING;
     if ((unsigned)d->noise > GTAO_NOISE_NONE)
         return GTAO_ERROR_NOISE;
+    if ((unsigned)d->far_depth > GTAO_FAR_AVERAGE || (d->far_px != 0 && d->far_px < 8) ||
+        (d->far_depth && (d->noise != GTAO_NOISE_MEMO || d->border != GTAO_BORDER_OPEN || d->every_pixel ||
+                          (d->steps ? d->steps : gtaoi_presets[d->preset].steps) == 0 || gtaoi_has_arcs(d) ||
+                          d->thin_blend > 0.0f || d->estimator == GTAO_ESTIMATOR_MEMO)))
+        return GTAO_ERROR_FAR;
+    if (!(d->error_target >= 0.0f) || (d->error_target > 0.0f && (d->noise != GTAO_NOISE_MEMO || d->far_depth)))
+        return GTAO_ERROR_TARGET;
     if (!gtao_isa_available(d->isa))
         return GTAO_ERROR_ISA;
     return GTAO_OK;
@@ -1460,11 +1727,25 @@ static int gtaoi_sh_ok(const gtao_desc *d, const gtao_output *o) {
                            (row - bytes) / plane >= (uint64_t)gtaoi_sh_count(o) - 1));
 }
 
+/* Strides of planes of width x height floats. */
+static int gtaoi_planes_ok(ptrdiff_t stride, ptrdiff_t plane, int width, int height) {
+    ptrdiff_t rows = stride ? stride : (ptrdiff_t)width * 4;
+    plane = plane < 0 ? -plane : plane;
+    rows = (rows < 0 ? -rows : rows) * (height - 1) + (ptrdiff_t)width * 4;
+    return gtaoi_stride_ok(stride, width * 4, 4) && plane % 4 == 0 && (!plane || plane >= rows);
+}
+
+static int gtaoi_has_planes(const gtao_output *o) {
+    return o->horizons || o->arcs || o->slices || o->surface;
+}
+
 static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) {
     static const int bytes[] = {4, 1, 2};
     int components;
-    if (!o || (!o->visibility && !o->bent_normals && !o->packed && !o->signal && !o->sh))
+    if (!o || (!o->visibility && !o->bent_normals && !o->packed && !o->signal && !o->sh && !gtaoi_has_planes(o)))
         return GTAO_ERROR_OUTPUT;
+    if (gtaoi_has_planes(o) && !gtaoi_planes_ok(o->horizon_stride, o->horizon_plane, d->width, d->height))
+        return GTAO_ERROR_HORIZONS;
     if ((unsigned)o->visibility_format > GTAO_FORMAT_UNORM16)
         return GTAO_ERROR_OUTPUT_FORMAT;
     components = o->bent_components == 0 ? 3 : o->bent_components;
@@ -1476,13 +1757,44 @@ static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) 
         return GTAO_ERROR_OUTPUT_STRIDE;
     if (o->sh && !gtaoi_sh_ok(d, o))
         return GTAO_ERROR_OUTPUT_SH;
+    if (d->error_target > 0.0f && gtaoi_has_planes(o))
+        return GTAO_ERROR_TARGET;
     if (o->signal && ((o->signal_planes != 0 && o->signal_planes != 2 && o->signal_planes != 5) ||
                       !gtaoi_stride_ok(o->signal_stride, d->width * 4, 4) || o->signal_plane_stride % 4 != 0))
         return GTAO_ERROR_SIGNAL;
     return GTAO_OK;
 }
 
+/* Levels that a target may want: the highest ones for small targets only. */
+static void gtaoi_plan_effort(const gtao_desc *d, gtaoi_layout *l) {
+    uint64_t tables = 16 * (uint64_t)l->classes, at = (l->total + 63) / 64 * 64;
+    int i;
+    l->levels = d->error_target >= 0.05f ? 5 : d->error_target >= 0.03f ? 6 : GTAOI_LEVELS;
+    l->effort = at;
+    at += (sizeof(gtaoi_effort) + 63) / 64 * 64;
+    for (i = 1; i < l->levels; i++) { /* slices, samples, counts */
+        uint64_t n = (uint64_t)gtaoi_levels[i].slices;
+        l->level_tables[i] = at;
+        at += (16 * n * sizeof(gtaoi_slice) + 63) / 64 * 64;
+        at += tables * n * (uint64_t)gtaoi_levels[i].steps * sizeof(gtaoi_sample);
+        at += (tables * n * sizeof(int) + 63) / 64 * 64;
+    }
+    l->effort_pitch = ((d->width + GTAOI_EFFORT_W - 1) & ~(GTAOI_EFFORT_W - 1)) + 2 * GTAOI_EFFORT_PAD;
+    l->effort_planes = 18; /* what the output does not ask for is not touched */
+    l->effort_plane = at;
+    at += (uint64_t)l->effort_planes * (uint64_t)l->effort_pitch * (uint64_t)d->height * sizeof(float);
+    l->tiles = at;
+    at += (uint64_t)(l->effort_pitch / GTAOI_EFFORT_W) * (uint64_t)((d->height + GTAOI_EFFORT_H - 1) / GTAOI_EFFORT_H) *
+          sizeof(gtaoi_effort_tile);
+    l->total = at + 63;
+}
+
 /* Everything that decides the size of the scratch buffer. */
+/* Floats in a row of cells, with room for a group that starts at the last one. */
+static ptrdiff_t gtaoi_cell_pitch(int width) {
+    return ((width + GTAOI_CELL - 1) / GTAOI_CELL + 2 * GTAOI_LANES - 1) / GTAOI_LANES * GTAOI_LANES;
+}
+
 static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
     float f_max, f_min, b_ratio;
     double diagonal = sqrt((double)d->width * (double)d->width + (double)d->height * (double)d->height);
@@ -1490,7 +1802,7 @@ static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
     memset(l, 0, sizeof *l);
     l->slices = d->slices ? d->slices : gtaoi_presets[d->preset].slices;
     l->max_steps = d->steps ? d->steps : gtaoi_presets[d->preset].steps;
-    l->every_pixel = d->every_pixel || l->max_steps == 0;
+    l->every_pixel = (d->every_pixel || l->max_steps == 0) && !(d->error_target > 0.0f);
     l->max_radius = gtaoi_imin((int)diagonal + 1, INT16_MAX); /* the offsets of gtaoi_sample have 16 bits */
     if (d->max_radius_px > 0)
         l->max_radius = gtaoi_imin(l->max_radius, d->max_radius_px);
@@ -1514,6 +1826,9 @@ static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
     l->classes = (int)((gtaoi_bits(l->extent_max) >> GTAOI_CLASS_SHIFT) - l->class_base) + 1;
     l->classes = gtaoi_imin(l->classes, GTAOI_MAX_CLASSES + 1);
 
+    if (d->error_target > 0.0f)
+        l->slices = gtaoi_levels[0].slices, l->max_steps = gtaoi_levels[0].steps;
+
     l->per_segment = (d->width + l->period - 1) / l->period;
     l->segment = (l->per_segment + 2 * GTAOI_PAD + GTAOI_LANES + 15) & ~15;
     l->pitch = (ptrdiff_t)l->segment * l->period;
@@ -1533,9 +1848,22 @@ static void gtaoi_plan(const gtao_desc *d, gtaoi_layout *l) {
                    sizeof(gtaoi_sample);
     l->count = l->taps + (l->every_pixel ? phases * (uint64_t)l->slices * GTAOI_NEAR * sizeof(gtaoi_taps) : 0);
     l->noise = l->count + (phases * (uint64_t)l->slices * (uint64_t)l->classes * sizeof(int) + 63) / 64 * 64;
-    l->total = l->noise + 63; /* room to align */
+    l->cells = l->noise;
     if (l->per_pixel_noise)
-        l->total += (2 * 64 * (64 + GTAOI_LANES) + (l->every_pixel ? 0 : 64 * (uint64_t)l->max_steps)) * sizeof(float);
+        l->cells += (2 * 64 * (64 + GTAOI_LANES) + (l->every_pixel ? 0 : 64 * (uint64_t)l->max_steps)) * sizeof(float);
+    l->prepared = l->cells + GTAOI_CELL_PLANES * sizeof(float) * (uint64_t)gtaoi_cell_pitch(d->width) *
+                                 (uint64_t)((d->height + GTAOI_CELL - 1) / GTAOI_CELL);
+    l->total = l->prepared + (uint64_t)d->height * sizeof(uint32_t) + 63; /* room to align */
+    if (d->far_depth) {
+        uint64_t lists = phases * (uint64_t)l->slices * (uint64_t)l->classes;
+        l->far_pitch = l->segment;
+        l->far_sample = (l->total + 63) / 64 * 64;
+        l->far_begin = l->far_sample + lists * (uint64_t)l->max_steps * sizeof(gtaoi_far);
+        l->far_w = (l->far_begin + lists * sizeof(int) + 63) / 64 * 64;
+        l->total = l->far_w + ((uint64_t)d->height + 3) / 4 * (uint64_t)l->far_pitch * sizeof(float) + 63;
+    }
+    if (d->error_target > 0.0f)
+        gtaoi_plan_effort(d, l);
 }
 
 GTAO_API size_t gtao_scratch_size(const gtao_desc *desc) {
@@ -1633,7 +1961,41 @@ static int gtaoi_fill_every(const gtao_context *c, gtaoi_sample *s, gtaoi_taps *
     return n;
 }
 
-static void gtaoi_fill_tables(gtao_context *c, const gtaoi_layout *l) {
+/* The sector of a direction, 0 .. 15: never falls as it turns from +x by +y and -x back to +x. */
+static int gtaoi_direction(float x, float y) {
+    GTAOI_NO_CONTRACT
+    const float half = 0.41421356f; /* tan(pi / 8) */
+    int k = 0;
+    float t;
+    if (y < 0.0f)
+        x = -x, y = -y, k = 8;
+    if (x <= 0.0f)
+        t = x, x = y, y = -t, k += 4;
+    if (y <= x)
+        return (k + (y > half * x)) & (GTAOI_DIRECTIONS - 1);
+    return (k + 3 - (x > half * y)) & (GTAOI_DIRECTIONS - 1);
+}
+
+/* The far ones of a list of n samples: the blocks that hold them. Those of the two sides do not mirror each other. */
+static int gtaoi_fill_far(const gtao_context *c, const gtaoi_sample *s, gtaoi_far *far_sample, int n, int px, int py) {
+    GTAOI_NO_CONTRACT
+    int j, side, begin = n, far_px = c->d.far_px ? c->d.far_px : 32;
+    for (j = n - 1; j >= 0 && s[j].qx * s[j].qx + s[j].qy * s[j].qy >= far_px * far_px; j--, begin--)
+        for (side = 0; side < 2; side++) {
+            /* + 32768: so that what is shifted is not negative */
+            int bx = ((px + (side ? -s[j].qx : s[j].qx) + 32768) >> 2) - 8192;
+            int by = ((py + (side ? -s[j].qy : s[j].qy) + 32768) >> 2) - 8192;
+            double x = 4.0 * (double)bx + 1.5 - (double)px, y = 4.0 * (double)by + 1.5 - (double)py;
+            double length = sqrt(x * x + y * y);
+            far_sample[j].inv_length[side] = (float)(1.0 / length);
+            far_sample[j].ux[side] = (float)(x / length), far_sample[j].uy[side] = (float)(y / length);
+            far_sample[j].offset[side] = (int32_t)(by * (int)c->far_pitch + bx);
+        }
+    return begin;
+}
+
+/* `chosen`: the radius classes that are wanted; null: all. */
+static void gtaoi_fill_tables(gtao_context *c, int max_radius, const unsigned char *chosen) {
     GTAOI_NO_CONTRACT
     int px, py, k, r;
     double ratio = c->orthographic ? (double)gtaoi_sy(&c->d.camera) / (double)c->d.camera.sx : 1.0;
@@ -1654,20 +2016,27 @@ static void gtaoi_fill_tables(gtao_context *c, const gtaoi_layout *l) {
                 s->bx = (float)bx, s->by = (float)by;
                 s->bb = (float)(bx * bx + by * by);
                 s->x_major = (dx < 0.0 ? -dx : dx) >= (dy < 0.0 ? -dy : dy);
+                s->sector = gtaoi_direction(s->dx, s->dy);
                 if (c->per_pixel_noise)
                     continue;
                 if (c->every_pixel)
                     gtaoi_fill_every(c, c->sample + (size_t)index * (size_t)c->max_steps, c->taps + index * GTAOI_NEAR,
-                                     px, dx, dy, l->max_radius);
+                                     px, dx, dy, max_radius);
                 for (r = 0; r < c->classes; r++) {
                     size_t at = (size_t)index * (size_t)c->classes + (size_t)r;
-                    double radius = gtaoi_class_radius(c, r, 1.0 / b, l->max_radius);
+                    double radius = gtaoi_class_radius(c, r, 1.0 / b, max_radius);
                     double unit = (double)gtaoi_max((float)(dx < 0.0 ? -dx : dx), (float)(dy < 0.0 ? -dy : dy));
+                    if (chosen && !chosen[r])
+                        continue;
                     if (c->every_pixel)
                         c->count[at] = gtaoi_imax(1, gtaoi_imin((int)(radius * unit + 1e-6), c->max_steps));
                     else
                         c->count[at] =
                             gtaoi_fill_steps(c, c->sample + at * (size_t)c->max_steps, px, dx, dy, radius, offset);
+                    if (c->d.far_depth)
+                        c->far_begin[at] =
+                            gtaoi_fill_far(c, c->sample + at * (size_t)c->max_steps,
+                                           c->far_sample + at * (size_t)c->max_steps, c->count[at], px, py);
                 }
             }
         }
@@ -1773,7 +2142,7 @@ static void gtaoi_begin_arcs(gtao_context *c, float unit) {
     for (i = 0; i < c->layer_count; i++) {
         if (!c->layer[i].depth_stride)
             c->layer[i].depth_stride = (ptrdiff_t)d->width * 4;
-        c->clip |= c->bounded && c->layer[i].back;
+        c->clip |= (c->bounded && c->layer[i].back) << i;
         if (!c->layer[i].back_stride)
             c->layer[i].back_stride = (ptrdiff_t)d->width * 4;
     }
@@ -1832,6 +2201,10 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
         c->o.signal_stride = (ptrdiff_t)desc->width * 4;
     if (!c->o.signal_plane_stride)
         c->o.signal_plane_stride = c->o.signal_stride * desc->height;
+    if (!c->o.horizon_stride)
+        c->o.horizon_stride = (ptrdiff_t)desc->width * 4;
+    if (!c->o.horizon_plane)
+        c->o.horizon_plane = (c->o.horizon_stride < 0 ? -c->o.horizon_stride : c->o.horizon_stride) * desc->height;
     c->signal = !output->signal ? 0 : output->signal_planes ? output->signal_planes : 2;
 
     c->every_pixel = l.every_pixel, c->slices = c->slice_end = l.slices, c->max_steps = l.max_steps;
@@ -1855,8 +2228,8 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
     c->bent = output->bent_normals || output->packed || output->sh || c->signal == 5;
     c->arcs = gtaoi_has_arcs(desc);
     c->inv_falloff = desc->falloff > 0.0f ? 1.0f / desc->falloff : 0.0f;
-    c->plain = !c->orthographic && c->bounded && !c->every_pixel && desc->noise != GTAO_NOISE_HILBERT && !c->cosines &&
-               !c->arcs && !output->sh;
+    c->plain = !desc->far_depth && !c->orthographic && c->bounded && !c->every_pixel &&
+               desc->noise != GTAO_NOISE_HILBERT && !c->cosines && !c->arcs && !output->sh && !gtaoi_has_planes(output);
     c->z_sky = desc->sky_z > 0.0f ? desc->sky_z : (float)HUGE_VAL;
     if (c->orthographic) {
         float sign = desc->depth_kind == GTAO_DEPTH_HEIGHT ? 1.0f : -1.0f;
@@ -1897,6 +2270,79 @@ static void gtaoi_resolve(const gtao_desc *desc, const gtao_output *output, cons
     }
 }
 
+/* No cell is known yet. */
+static void gtaoi_begin_cells(gtao_context *c, float *cells, uint32_t *prepared) {
+    int i;
+    c->cells_x = (c->d.width + GTAOI_CELL - 1) / GTAOI_CELL, c->cells_y = (c->d.height + GTAOI_CELL - 1) / GTAOI_CELL;
+    c->cell_pitch = gtaoi_cell_pitch(c->d.width);
+    for (i = 0; i < GTAOI_CELL_PLANES; i++)
+        c->cell[i] = cells + i * c->cell_pitch * c->cells_y;
+    memset(cells, 0, (size_t)(GTAOI_CELL_PLANES * c->cell_pitch * c->cells_y) * sizeof(float));
+    c->prepared = prepared;
+    memset(prepared, 0, (size_t)c->d.height * sizeof *prepared);
+    /* Below a rise e in cot h a side of a slice loses, x the rise of a direction, its angle theta from v and h_t that of
+     * the tangent plane, cos(theta - n) sin theta dtheta = x sin h_t sin^4 theta dx: at most e^2 / 2, both sides e^2, of
+     * an open slice that has 1 or more. With uniform weighting sin^3 theta dx: at most e a side, 2 e of 2. */
+    c->rise_min = c->d.weighting == GTAO_WEIGHTING_UNIFORM ? c->d.tolerance : sqrtf(c->d.tolerance);
+    c->rise_min = gtaoi_max(0.999f * c->rise_min, GTAOI_RISE_MIN);
+    c->skips = (GTAO_SKIP_SKY | GTAO_SKIP_OPEN | GTAO_SKIP_SECTORS) & ~c->d.no_skip;
+    if (c->cosines || c->d.far_depth) /* every sample counts, rounding and all; blocks rise above their pixels */
+        c->skips &= (unsigned)GTAO_SKIP_SKY;
+    if (gtaoi_has_planes(&c->o)) /* what lies between is wanted of all pixels */
+        c->skips = 0;
+    if (c->signal) /* open pixels too have a weight */
+        c->skips &= ~(unsigned)GTAO_SKIP_OPEN;
+}
+
+/* The levels' contexts, which write planes of the scratch in place of the caller's buffers. */
+static void gtaoi_begin_effort(gtao_context *c, const gtaoi_layout *l, char *base) {
+    gtaoi_effort *e = (gtaoi_effort *)(void *)(base + l->effort);
+    uint64_t tables = 16 * (uint64_t)c->classes;
+    int i;
+    memset(e, 0, sizeof *e);
+    e->levels = l->levels;
+    e->max_radius = l->max_radius;
+    e->tiles_x = (c->d.width + GTAOI_EFFORT_W - 1) / GTAOI_EFFORT_W;
+    e->tiles_y = (c->d.height + GTAOI_EFFORT_H - 1) / GTAOI_EFFORT_H;
+    e->pitch = l->effort_pitch;
+    e->plane = e->pitch * c->d.height;
+    e->more = (c->bent ? 3 : 0) + (c->o.sh ? gtaoi_sh_count(&c->o) : 0);
+    e->foot = c->orthographic ? 0.0f : c->same_surface / GTAOI_SAME_SURFACE_PX;
+    e->foot_bias = c->orthographic ? 1.0f : 0.0f;
+    e->tile = (gtaoi_effort_tile *)(void *)(base + l->tiles);
+    memset(e->tile, 0, (size_t)e->tiles_x * (size_t)e->tiles_y * sizeof *e->tile);
+    for (i = 0; i < GTAOI_EFFORT_KINDS; i++)
+        e->planes[i] = (float *)(void *)(base + l->effort_plane) + i * e->plane + GTAOI_EFFORT_PAD;
+    for (i = 0; i < e->levels; i++) {
+        gtao_context *level = &e->level[i];
+        *level = *c;
+        memset(&level->o, 0, sizeof level->o);
+        level->signal = c->bent ? 5 : 2;
+        level->o.signal = e->planes[GTAOI_EFFORT_SIGNAL];
+        level->o.signal_stride = e->pitch * 4, level->o.signal_plane_stride = e->plane * 4;
+        if (c->o.sh) {
+            level->o.sh = e->planes[GTAOI_EFFORT_SIGNAL + 5], level->o.sh_bands = c->o.sh_bands;
+            level->o.sh_stride = e->pitch * 4, level->o.sh_plane_stride = e->plane * 4;
+        }
+        level->weight_scale *= (float)c->slices;     /* the sum over the slices, not their mean */
+        level->skips &= (unsigned)GTAO_SKIP_SECTORS; /* sky and open pixels too have a height and a weight */
+        if (i == 0) {
+            level->keep = e->planes[GTAOI_EFFORT_HEIGHT];
+        } else {
+            char *at = base + l->level_tables[i];
+            uint64_t n = (uint64_t)gtaoi_levels[i].slices;
+            level->slices = level->slice_end = gtaoi_levels[i].slices;
+            level->max_steps = gtaoi_levels[i].steps;
+            level->slice = (gtaoi_slice *)(void *)at;
+            at += (16 * n * sizeof(gtaoi_slice) + 63) / 64 * 64;
+            level->sample = (gtaoi_sample *)(void *)at;
+            at += tables * n * (uint64_t)level->max_steps * sizeof(gtaoi_sample);
+            level->count = (int *)(void *)at;
+        }
+    }
+    c->effort = e;
+}
+
 /* The whole context in scratch at `base`, where it stands first. */
 static void gtaoi_begin(const gtao_desc *desc, const gtao_output *output, const gtaoi_layout *plan, char *base,
                         gtao_context *c) {
@@ -1910,7 +2356,12 @@ static void gtaoi_begin(const gtao_desc *desc, const gtao_output *output, const 
     c->count = (int *)(void *)(base + l.count);
     c->noise = (float *)(void *)(base + l.noise);
     c->step = c->noise + 2 * 64 * (64 + GTAOI_LANES);
-    gtaoi_fill_tables(c, plan);
+    gtaoi_begin_cells(c, (float *)(void *)(base + l.cells), (uint32_t *)(void *)(base + l.prepared));
+    c->far_sample = (gtaoi_far *)(void *)(base + l.far_sample);
+    c->far_begin = (int *)(void *)(base + l.far_begin);
+    c->far_w = (float *)(void *)(base + l.far_w);
+    c->far_pitch = l.far_pitch;
+    gtaoi_fill_tables(c, l.max_radius, NULL);
     if (c->per_pixel_noise)
         gtaoi_fill_noise(c);
     c->w += 2 * c->pitch;
@@ -1919,6 +2370,8 @@ static void gtaoi_begin(const gtao_desc *desc, const gtao_output *output, const 
         gtaoi_fill_sky(w - 2 * c->pitch, c->pitch);
         gtaoi_fill_sky(w + (ptrdiff_t)(desc->height + 1) * c->pitch, c->pitch);
     }
+    if (desc->error_target > 0.0f)
+        gtaoi_begin_effort(c, plan, base);
 }
 
 GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output, void *scratch, size_t scratch_size,
@@ -1939,6 +2392,11 @@ GTAO_API gtao_result gtao_begin(const gtao_desc *desc, const gtao_output *output
     return GTAO_OK;
 }
 
+GTAO_API int gtao_desc_slices(const gtao_desc *desc) {
+    if (gtaoi_check_desc(desc) != GTAO_OK)
+        return 0;
+    return desc->slices ? desc->slices : gtaoi_presets[desc->preset].slices;
+}
 GTAO_API int gtao_context_slices(const gtao_context *context) {
     return context->slices;
 }
@@ -1947,6 +2405,83 @@ GTAO_API int gtao_context_steps(const gtao_context *context) {
 }
 GTAO_API gtao_isa gtao_context_isa(const gtao_context *context) {
     return context->d.isa;
+}
+
+GTAO_API void gtao_context_constants(const gtao_context *context, gtao_constants *constants) {
+    const gtao_context *c = context;
+    gtao_constants *k = constants;
+    memset(k, 0, sizeof *k);
+    k->width = c->d.width, k->height = c->d.height, k->depth_kind = (int)c->d.depth_kind, k->border = (int)c->d.border;
+    k->estimator = (int)c->d.estimator, k->weighting = (int)c->d.weighting, k->noise = (int)c->d.noise;
+    k->frame = (int)(c->d.frame & 0x7fffffff); /* both noises repeat within it */
+    k->orthographic = c->orthographic, k->bounded = c->bounded, k->every_pixel = c->every_pixel, k->arcs = c->arcs;
+    k->clip = c->clip, k->cosines = c->cosines, k->layers = c->arcs ? c->layer_count : 1;
+    k->slices = c->slices, k->steps = c->max_steps, k->period = c->period, k->classes = c->classes;
+    k->class_base = (int)c->class_base;
+    k->radius = c->bounded ? c->d.radius : 1e30f, k->falloff = c->d.falloff, k->thin_blend = c->d.thin_blend;
+    k->step_power = c->d.step_power > 0.0f ? c->d.step_power : 2.0f;
+    k->extent_min = c->extent_min, k->extent_max = c->extent_max, k->max_radius = c->max_radius;
+    k->bx1 = c->bx1, k->by1 = c->by1, k->cx = c->cx, k->cy = c->cy;
+    k->unit = gtaoi_height_unit(c), k->reach = c->reach, k->inner2 = c->inner2, k->inv_falloff = c->inv_falloff;
+    k->w_scale = c->w_scale, k->w_bias = c->w_bias, k->w_numerator = c->w_numerator, k->w_far = c->w_far;
+    k->w_max = c->w_max, k->z_sky = gtaoi_min(c->z_sky, FLT_MAX), k->same_surface = c->same_surface;
+    memcpy(k->to_view, c->to_view, sizeof k->to_view);
+    k->connect = c->connect, k->thickness = gtaoi_min(c->thickness, 1e30f), k->weight_scale = c->weight_scale;
+    k->sky = GTAOI_SKY, k->sky_limit = GTAOI_SKY_LIMIT, k->ray_limit = GTAOI_RAY_LIMIT, k->w_min = GTAOI_W_MIN;
+    k->ortho_limit = GTAOI_ORTHO_LIMIT, k->kappa_limit = GTAOI_KAPPA_LIMIT, k->rise_min = GTAOI_RISE_MIN;
+    k->facing_min = GTAOI_FACING_MIN, k->arc_limit = GTAOI_ARC_LIMIT, k->sectors = GTAOI_SECTORS;
+}
+
+GTAO_API gtao_direction gtao_context_direction(const gtao_context *context, int phase, int k) {
+    const gtaoi_slice *s = context->slice + phase * context->slices + k;
+    gtao_direction d;
+    d.dx = s->dx, d.dy = s->dy, d.bx = s->bx, d.by = s->by, d.bb = s->bb;
+    return d;
+}
+
+GTAO_API int gtao_context_taps(const gtao_context *context, int phase, int k, int radius_class, gtao_tap *taps) {
+    const gtao_context *c = context;
+    int index = phase * c->slices + k, n, i;
+    size_t list = (size_t)index * (size_t)c->classes + (size_t)radius_class;
+    const gtaoi_sample *s = c->sample + (c->every_pixel ? (size_t)index : list) * (size_t)c->max_steps;
+    if (c->per_pixel_noise)
+        return 0;
+    n = c->count[list];
+    for (i = 0; taps && i < n; i++) {
+        taps[i].qx = s[i].qx, taps[i].qy = s[i].qy;
+        taps[i].inv_length = s[i].inv_length, taps[i].ux = s[i].ux, taps[i].uy = s[i].uy;
+    }
+    return n;
+}
+
+GTAO_API void gtao_context_heights(const gtao_context *context, int layer, int back, int y, float *row) {
+    const gtao_context *c = context;
+    const float *from = c->w + (2 * layer + (back != 0)) * c->plane + (ptrdiff_t)y * c->pitch + GTAOI_PAD;
+    int x, shift = c->period == 4 ? 2 : 0;
+    for (x = 0; x < c->d.width; x++)
+        row[x] = from[(x & (c->period - 1)) * c->segment + (x >> shift)];
+}
+
+GTAO_API void gtao_context_slice(const gtao_context *context, int x, int y, int k, float o[3], float v[3]) {
+    GTAOI_NO_CONTRACT
+    const gtao_context *c = context;
+    double direction, offset, dx, dy, r[3], b[3], along, length;
+    int i;
+    gtaoi_noise(c->d.noise, x, y, c->d.frame, &direction, &offset);
+    gtaoi_sincospi(((double)k + direction) / (double)c->slices, &dy, &dx);
+    r[0] = r[1] = 0.0, r[2] = 1.0;
+    if (!c->orthographic) {
+        r[0] = ((double)x + 0.5 - (double)c->cx) * (double)c->bx1;
+        r[1] = ((double)y + 0.5 - (double)c->cy) * (double)c->by1;
+    }
+    length = sqrt(r[0] * r[0] + r[1] * r[1] + 1.0);
+    b[0] = dx * (double)c->bx1, b[1] = dy * (double)c->by1, b[2] = 0.0;
+    along = (b[0] * r[0] + b[1] * r[1]) / (length * length);
+    for (i = 0; i < 3; i++)
+        b[i] -= along * r[i], v[i] = (float)(-r[i] / length);
+    length = sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
+    for (i = 0; i < 3; i++)
+        o[i] = (float)(b[i] / length);
 }
 
 /* ---- rows ------------------------------------------------------------------------------------------------------- */
@@ -2006,8 +2541,8 @@ static void gtaoi_border_rows(const gtao_context *c, float *w, int y) {
     }
 }
 
-/* Visibility v, bent normals b (3 floats a pixel) and the further planes s of the signal of n pixels from (x, y), in
- * image order, to the caller's buffers. */
+/* Visibility v, bent normals b (3 floats a pixel; null: already there) and the further planes s of the signal of n
+ * pixels from (x, y), in image order, to the caller's buffers. */
 static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float *v, const float *b,
                         float s[][4 * GTAOI_LANES]) {
     const gtao_output *o = &c->o;
@@ -2029,7 +2564,7 @@ static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float 
             }
         }
     }
-    if (o->bent_normals) {
+    if (o->bent_normals && b) {
         float *to = (float *)(void *)((char *)o->bent_normals + (ptrdiff_t)y * o->bent_stride) +
                     (ptrdiff_t)x * o->bent_components;
         if (o->bent_components == 3) {
@@ -2048,6 +2583,25 @@ static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float 
     }
 }
 
+/* The same for a block of nothing but sky, without bent normals. */
+static void gtaoi_store_sky(const gtao_context *c, int x, int y, int n, gtao_stats *stats) {
+    float ones[4 * GTAOI_LANES], s[4][4 * GTAOI_LANES];
+    int i, skip = gtaoi_imax(c->x_begin - x, 0);
+    for (i = 0; i < n; i++)
+        ones[i] = s[0][i] = 1.0f;
+    stats->pixels += (uint64_t)n, stats->sky += (uint64_t)n, stats->sky_skipped += (uint64_t)n;
+    gtaoi_store(c, x + skip, y, gtaoi_imin(n, c->x_end - x) - skip, ones, 0, s);
+}
+
+/* A group's `n` values of plane k of the intermediates at `base`, the first of pixel (x, y). */
+static void gtaoi_store_lanes(const gtao_context *c, void *base, int k, const void *values, int n, int x, int y) {
+    char *row = (char *)base + (ptrdiff_t)k * c->o.horizon_plane + (ptrdiff_t)y * c->o.horizon_stride;
+    int i;
+    for (i = 0; i < n; i++, x += c->period)
+        if (x >= c->x_begin && x < c->x_end)
+            memcpy(row + (ptrdiff_t)x * 4, (const char *)values + 4 * i, 4);
+}
+
 /* 1 + ry^2 of a row's rays. */
 static float gtaoi_ry2(const gtao_context *c, int y) {
     GTAOI_NO_CONTRACT
@@ -2055,10 +2609,49 @@ static float gtaoi_ry2(const gtao_context *c, int y) {
     return ry * ry + 1.0f;
 }
 
+/* ---- effort by need ---- */
+
+/* Results of up to 64 pixels of a row, visibility first, to the caller's buffers. */
+static void gtaoi_store_shared(const gtao_context *c, int x, int y, float slices, float result[][GTAOI_EFFORT_W]) {
+    GTAOI_NO_CONTRACT
+    const gtaoi_effort *e = c->effort;
+    const float *own = e->planes[GTAOI_EFFORT_SIGNAL] + (ptrdiff_t)y * e->pitch + x;
+    float b[3 * GTAOI_EFFORT_W], s[4][4 * GTAOI_LANES];
+    int i, k, n = gtaoi_imin(GTAOI_EFFORT_W, c->d.width - x), bent = c->bent ? 3 : 0;
+    for (i = 0; c->bent && i < n; i++) {
+        float bx = result[1][i], by = result[2][i], bz = result[3][i], length = bx * bx + by * by + bz * bz;
+        if (!(length >= 1e-12f)) { /* neighbours that cancel each other */
+            bx = own[2 * e->plane + i], by = own[3 * e->plane + i], bz = own[4 * e->plane + i];
+            length = bx * bx + by * by + bz * bz;
+        }
+        length = (float)sqrt((double)length);
+        b[3 * i] = bx / length, b[3 * i + 1] = by / length, b[3 * i + 2] = bz / length;
+        s[1][i] = bx, s[2][i] = by, s[3][i] = bz;
+    }
+    if (c->d.estimator == GTAO_ESTIMATOR_MEMO)
+        slices = 1.0f;
+    for (i = 0; c->signal && i < n; i++)
+        s[0][i] = own[e->plane + i] / slices;
+    gtaoi_store(c, x, y, n, result[0], b, s);
+    for (k = 0; c->o.sh && k < gtaoi_sh_count(&c->o); k++)
+        memcpy((char *)c->o.sh + (ptrdiff_t)k * c->o.sh_plane_stride + (ptrdiff_t)y * c->o.sh_stride + (ptrdiff_t)x * 4,
+               result[1 + bent + k], (size_t)n * 4);
+}
+
+static void gtaoi_sum_tile(gtaoi_effort_tile *t, float columns[4][GTAOI_EFFORT_W]) {
+    GTAOI_NO_CONTRACT
+    int i;
+    t->variance = t->count = 0.0f, t->w_least = FLT_MAX, t->w_most = -FLT_MAX;
+    for (i = 0; i < GTAOI_EFFORT_W; i++) {
+        t->variance += columns[0][i], t->count += columns[1][i];
+        t->w_least = gtaoi_min(t->w_least, columns[2][i]), t->w_most = gtaoi_max(t->w_most, columns[3][i]);
+    }
+}
+
 /* Index of the lowest and of the highest bit; m is not 0. */
-GTAOI_INLINE int gtaoi_lowest(unsigned m) {
+GTAOI_INLINE int gtaoi_lowest(uint64_t m) {
 #if defined(__GNUC__) || defined(__clang__)
-    return __builtin_ctz(m);
+    return __builtin_ctzll(m);
 #else
     int i = 0;
     while (!(m >> i & 1))
@@ -2066,19 +2659,18 @@ GTAOI_INLINE int gtaoi_lowest(unsigned m) {
     return i;
 #endif
 }
-
-GTAOI_INLINE int gtaoi_highest(unsigned m) {
+GTAOI_INLINE int gtaoi_highest(uint64_t m) {
 #if defined(__GNUC__) || defined(__clang__)
-    return 31 - __builtin_clz(m);
+    return 63 - __builtin_clzll(m);
 #else
-    int i = 31;
+    int i = 63;
     while (!(m >> i & 1))
         i--;
     return i;
 #endif
 }
 
-GTAOI_INLINE int gtaoi_popcount(unsigned m) { /* of 16 bits */
+GTAOI_INLINE int gtaoi_popcount(unsigned m) {    /* of 16 bits */
     if (m == 0xffffu || m == 0xffu || m == 0xfu) /* whole groups */
         return m == 0xffffu ? 16 : m == 0xffu ? 8 : 4;
     m = (m & 0x5555u) + (m >> 1 & 0x5555u);
@@ -2155,6 +2747,190 @@ static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int
     }
 }
 
+/* ---- what can rise ---------------------------------------------------------------------------------------------- */
+
+/* Planes of a cell, with room for what rounding does: in themselves, and in the search, which takes a sample's height
+ * times 1 / |q|, the pixel's too, and sums: half an ulp of a height each, three in all; but at |q| = 1 the products are
+ * exact, and from there on it is |q| >= sqrt(2), where what a rise must exceed is as much more. Between two taps half an
+ * ulp more, and no such gap. A half falls to the samples' upper plane, the other to the pixels' lower one. */
+static void gtaoi_keep_cell(const gtao_context *c, ptrdiff_t at, float w0, float gx, float gy, float up, float down) {
+    GTAOI_NO_CONTRACT
+    if (up > GTAOI_CELL_NONE) {
+        float ulps = c->every_pixel ? 1.1920929e-7f : 7.1525574e-8f; /* 2 and 1.2 times 2^-24 */
+        float size = 0.5f * (float)GTAOI_CELL * (gtaoi_abs(gx) + gtaoi_abs(gy)), centre = w0, shift, room;
+        int solid = down < 0.5f * -GTAOI_CELL_NONE;
+        if (solid)
+            centre += 0.5f * (up + down);
+        shift = centre - w0, w0 = centre;
+        up -= shift, down -= shift;
+        size += gtaoi_abs(shift) + gtaoi_abs(up) + (solid ? gtaoi_abs(down) : 0.0f);
+        room = ulps * (gtaoi_abs(w0) + size) + 2.3841858e-7f * size;
+        up += room, down -= room;
+    }
+    c->cell[GTAOI_CELL_W0][at] = w0, c->cell[GTAOI_CELL_GX][at] = gx, c->cell[GTAOI_CELL_GY][at] = gy;
+    c->cell[GTAOI_CELL_UP][at] = up;
+    c->cell[GTAOI_CELL_DOWN][at] = down;
+}
+
+/* A plane for cell k of a stretch, through four of its pixels, for its lanes; level if one of them is sky. Any plane is
+ * right: a better one is tighter. */
+static void gtaoi_cell_plane(const gtao_context *c, const float *at, int rows, int per, int k, float *w0, float *gx,
+                             float *gy) {
+    GTAOI_NO_CONTRACT
+    const int first = 1, last = 14, shift = c->period == 4 ? 2 : 0, mask = c->period - 1;
+    int i, below = gtaoi_imin(last, rows - 1);
+    float w[4], mean = 0.0f, x = 0.0f, y = 0.0f;
+    for (i = 0; i < 4; i++) {
+        int column = k * GTAOI_CELL + (i & 1 ? last : first), row = i & 2 ? below : gtaoi_imin(first, below);
+        w[i] = at[row * c->pitch + (column & mask) * c->segment + (column >> shift)];
+        mean = w[i] > GTAOI_SKY_LIMIT ? w[i] : mean;
+    }
+    if (below > first && w[0] > GTAOI_SKY_LIMIT && w[1] > GTAOI_SKY_LIMIT && w[2] > GTAOI_SKY_LIMIT &&
+        w[3] > GTAOI_SKY_LIMIT) {
+        x = ((w[1] - w[0]) + (w[3] - w[2])) * (0.5f / (float)(last - first));
+        y = ((w[2] - w[0]) + (w[3] - w[1])) * (0.5f / (float)(below - first));
+    }
+    for (i = k * per; i < (k + 1) * per; i++)
+        w0[i] = mean, gx[i] = x, gy[i] = y;
+}
+
+/* A cell of which not all pixels are there, or not all are of the first layer. */
+static void gtaoi_cell_rest(const gtao_context *c, int cx, int cy) {
+    GTAOI_NO_CONTRACT
+    const float half = 0.5f * (float)(GTAOI_CELL - 1);
+    int x_end = gtaoi_imin((cx + 1) * GTAOI_CELL, c->d.width), y_end = gtaoi_imin((cy + 1) * GTAOI_CELL, c->d.height);
+    int x, y, k, layers = c->arcs ? c->layer_count : 1, shift = c->period == 4 ? 2 : 0, nx = 0, ny = 0;
+    ptrdiff_t at = cy * c->cell_pitch + cx;
+    float w0 = 0.0f, gx = 0.0f, gy = 0.0f, up = GTAOI_CELL_NONE, down = -GTAOI_CELL_NONE;
+    float above[GTAOI_CELL], before;
+    for (k = 0; k < layers; k++) {
+        const float *plane = c->w + 2 * k * c->plane;
+        int pass;
+        for (pass = k > 0; pass < 2; pass++) { /* gradients from neighbours, then what lies above and below */
+            for (x = 0; x < GTAOI_CELL; x++)
+                above[x] = GTAOI_SKY;
+            for (y = cy * GTAOI_CELL; y < y_end; y++) {
+                before = GTAOI_SKY;
+                for (x = cx * GTAOI_CELL; x < x_end; x++) {
+                    int i = x - cx * GTAOI_CELL;
+                    float w = plane[y * c->pitch + (x & (c->period - 1)) * c->segment + GTAOI_PAD + (x >> shift)], d;
+                    if (w > GTAOI_SKY_LIMIT) {
+                        if (pass == 1) {
+                            d = (w - w0) - (gx * ((float)i - half) + gy * ((float)(y - cy * GTAOI_CELL) - half));
+                            up = gtaoi_max(up, d);
+                            if (k == 0)
+                                down = gtaoi_min(down, d);
+                        } else {
+                            w0 = w0 == 0.0f ? w : w0;
+                            if (before > GTAOI_SKY_LIMIT)
+                                gx += w - before, nx++;
+                            if (above[i] > GTAOI_SKY_LIMIT)
+                                gy += w - above[i], ny++;
+                        }
+                    }
+                    before = above[i] = w;
+                }
+            }
+            if (pass == 0)
+                gx = nx ? gx / (float)nx : 0.0f, gy = ny ? gy / (float)ny : 0.0f;
+        }
+    }
+    gtaoi_keep_cell(c, at, w0, gx, gy, up, down);
+}
+
+/* Something may rise at distances lo .. hi in the directions from (0, 0) to the box. `all`: bounds that hold for every
+ * direction. */
+static void gtaoi_may_rise(gtaoi_tile *t, float all[2], float x0, float x1, float y0, float y1, float lo, float hi) {
+    int k, end;
+    if (y0 > 0.0f) {
+        k = x1 > 0.0f ? gtaoi_direction(x1, y0) : gtaoi_direction(x1, y1);
+        end = x0 < 0.0f ? gtaoi_direction(x0, y0) : gtaoi_direction(x0, y1);
+    } else if (y1 < 0.0f) {
+        k = x0 < 0.0f ? gtaoi_direction(x0, y1) : gtaoi_direction(x0, y0);
+        end = x1 > 0.0f ? gtaoi_direction(x1, y1) : gtaoi_direction(x1, y0);
+    } else if (x0 > 0.0f) {
+        k = gtaoi_direction(x0, y0), end = gtaoi_direction(x0, y1);
+    } else if (x1 < 0.0f) {
+        k = gtaoi_direction(x1, y1), end = gtaoi_direction(x1, y0);
+    } else { /* it holds the pixel itself */
+        all[0] = gtaoi_min(all[0], lo), all[1] = gtaoi_max(all[1], hi);
+        return;
+    }
+    for (;; k = (k + 1) & (GTAOI_DIRECTIONS - 1)) {
+        t->lo[k] = gtaoi_min(t->lo[k], lo), t->hi[k] = gtaoi_max(t->hi[k], hi);
+        if (k == end)
+            break;
+    }
+}
+
+/* The part of a list of samples that may rise: [range[0], range[1]) on the + side, to range[2] on the - side. */
+static void gtaoi_range(const gtao_context *c, const gtaoi_tile *t, int index, const gtaoi_sample *q, int n,
+                        int range[3]) {
+    GTAOI_NO_CONTRACT
+    const gtaoi_slice *s = c->slice + index;
+    int side, begin, end, mid;
+    range[0] = t ? n : 0, range[1] = range[2] = t ? 0 : n;
+    for (side = 0; t && side < 2; side++) {
+        int k = (s->sector + side * GTAOI_DIRECTIONS / 2) & (GTAOI_DIRECTIONS - 1);
+        float lo = t->lo[k] * 0.99999f, hi = t->hi[k] * 1.00001f;
+        if (!(lo <= hi))
+            continue;
+        begin = 0, end = n;
+        while (begin < end && q[0].inv_length * lo > 1.0f) { /* the first that is not nearer than lo */
+            mid = (begin + end) / 2;
+            if (q[mid].inv_length * lo > 1.0f)
+                begin = mid + 1;
+            else
+                end = mid;
+        }
+        range[0] = gtaoi_imin(range[0], begin);
+        end = n;
+        while (begin < end && q[n - 1].inv_length * hi < 1.0f) { /* the first that is farther than hi */
+            mid = (begin + end) / 2;
+            if (q[mid].inv_length * hi >= 1.0f)
+                begin = mid + 1;
+            else
+                end = mid;
+        }
+        range[1 + side] = end;
+    }
+}
+
+/* Samples begin .. n - 1 on both sides of `times` pixels, of which a range is taken. */
+static void gtaoi_count_samples(const int range[3], int begin, int n, int times, gtao_stats *stats) {
+    int from = gtaoi_imax(range[0], begin), taken;
+    taken = gtaoi_imax(gtaoi_imin(range[1], n) - from, 0) + gtaoi_imax(gtaoi_imin(range[2], n) - from, 0);
+    stats->samples += (uint64_t)(taken * times);
+    stats->samples_skipped += (uint64_t)((2 * gtaoi_imax(n - begin, 0) - taken) * times);
+}
+
+/* A tile that looks around. A sample of a cell, of height w, at offset q from a pixel of height w0 and gradient g, rises
+ * above that pixel's tangent plane by
+ *   w - w0 - g.q = (w - G.s) - (w0 - G.p) + (G - g).q <= top + slack |q|,   q = s - p,   G the tile's gradient
+ * and does not count if that is at most the floor times |q|: where top <= room |q|. */
+typedef struct gtaoi_looking {
+    float x, y, w, low;   /* the tile's origin; heights are relative to w; least w0 - G.p */
+    float x0, x1, y0, y1; /* its pixels */
+    float room, inv_room; /* floor less slack, height per pixel */
+    float radius;         /* pixels */
+    float behind, before; /* heights beyond which the radius does not reach */
+    float all[2];         /* where something may rise in every direction */
+    int sectors;          /* whether it pays to tell directions apart; if not, the first that may rise ends it */
+    int blocked;          /* it has */
+} gtaoi_looking;
+
+/* For each row of cells whether all its pixels were prepared by one call of gtao_prepare_rows, the last. */
+static void gtaoi_known_cells(const gtao_context *c, uint8_t *known) {
+    int cy, y;
+    for (cy = 0; cy < c->cells_y; cy++) {
+        int begin = cy * GTAOI_CELL, end = gtaoi_imin(begin + GTAOI_CELL, c->d.height);
+        uint32_t range = c->prepared[begin];
+        known[cy] = (int)(range >> 16) <= begin && (int)(range & 0xffffu) >= end;
+        for (y = begin + 1; y < end; y++)
+            known[cy] &= c->prepared[y] == range;
+    }
+}
+
 /* ---- frames ----------------------------------------------------------------------------------------------------- */
 
 enum {
@@ -2166,19 +2942,17 @@ enum {
 enum { /* planes of a signal, as in gtao_output.signal; those of the history */
        GTAOI_SIGNAL_VISIBILITY,
        GTAOI_SIGNAL_WEIGHT,
-       GTAOI_SIGNAL_BENT,
        GTAOI_HISTORY_LENGTH = GTAOI_SIGNAL_WEIGHT,
        GTAOI_HISTORY_SPEED = 5,
-       GTAOI_HISTORY_LAST = 6,      /* visibility of the last frame alone */
-       GTAOI_HISTORY_DEVIATION = 7, /* mean change of it from frame to frame: the noise */
-       GTAOI_HISTORY_PLANES = 8
+       GTAOI_HISTORY_LAST = 6,     /* visibility of the last frame alone */
+       GTAOI_HISTORY_DEVIATION = 7 /* mean change of it from frame to frame: the noise */
 };
 
 /* What makes the history of one frame useless to the next when it changes. */
 typedef struct gtaoi_settings {
     uint32_t magic;
     int i[28];
-    float f[9];
+    float f[10];
 } gtaoi_settings;
 
 /* A plane is `pitch` floats a row, one row more than the image (nothing: sky or zero), GTAOI_PAD columns around. */
@@ -2188,12 +2962,14 @@ struct gtao_frame_context {
     gtao_context *pass; /* horizons, at the filters' resolution */
     int scale;          /* pixels of the caller's for one of the filters', along x and y: 1 or 2 */
     int width, height, bent, passes, temporal, fresh;
+    int sets; /* of three more planes that go through the filters: the bent normal, then spherical harmonics */
     ptrdiff_t pitch, plane; /* floats from row to row, from plane to plane */
     float *height_now, *height_before;
     float *raw, *filtered[2]; /* signals: as integrated; after odd and even passes of the spatial filter */
     float *history_now, *history_before;
     const float *signal, *result; /* after the spatial filter; after the temporal one */
     float *normals, *motion;      /* planes x, y, z of the chosen pixels: unit normals, motion in pixels */
+    float *thickness;             /* of the chosen pixels; 0: none is known */
     uint8_t *mask;                /* rows of pass->d.mask_stride bytes */
     int tiles_x, tiles_y;
     uint8_t *changed, *rest;                     /* of each tile: inputs changed now; at rest, history stands still */
@@ -2203,10 +2979,10 @@ struct gtao_frame_context {
     float disocclusion_scale, disocclusion_bias; /* in time */
     float ray_max;                               /* greatest |r| */
     int moved;                                   /* the camera */
+    int unchanged;                               /* so the caller says */
     float before[12];                            /* view_to_previous, translation in units of the heights */
     float before_fx, before_fy, before_cx, before_cy; /* previous camera, filters' resolution */
     float window[2][5];                               /* weights of the first pass and of the others, offsets -2 .. 2 */
-    int window_shift;                                 /* first pass: its window covers -2 .. 1 or -1 .. 2 */
 };
 
 typedef struct gtaoi_state {
@@ -2219,10 +2995,11 @@ typedef struct gtaoi_state {
 typedef struct gtaoi_frame_layout {
     gtao_desc pass; /* of the horizons; pointers still null */
     gtaoi_layout pass_layout;
-    int scale, bent, normals, motion, passes, temporal, tiles_x, tiles_y;
+    int scale, bent, sets, normals, motion, passes, temporal, tiles_x, tiles_y;
     ptrdiff_t pitch;
     uint64_t plane; /* bytes */
-    uint64_t heights, raw, filtered[2], history[2], normal, moves, mask, changed, rest, still, nearest, scratch, total;
+    uint64_t heights, raw, filtered[2], history[2], normal, moves, thickness, mask, changed, rest, still, nearest,
+        scratch, total;
 } gtaoi_frame_layout;
 
 static gtao_result gtaoi_check_frame(const gtao_frame_desc *f) {
@@ -2233,10 +3010,14 @@ static gtao_result gtaoi_check_frame(const gtao_frame_desc *f) {
     result = gtaoi_check_desc(&f->desc);
     if (result != GTAO_OK)
         return result;
-    if (f->desc.thickness_map || f->desc.back || f->desc.layer_count > 0)
+    if (f->desc.error_target > 0.0f)
+        return GTAO_ERROR_TARGET;
+    if (f->desc.back || f->desc.layer_count > 0)
         return GTAO_ERROR_FRAME_ARCS;
     if ((unsigned)f->reduction > GTAO_REDUCE_CHECKERBOARD)
         return GTAO_ERROR_REDUCTION;
+    if (f->sh_bands != 0 && f->sh_bands != 2 && f->sh_bands != 3)
+        return GTAO_ERROR_SH_BANDS;
     if (f->spatial_passes < 0 || f->spatial_passes > 3)
         return GTAO_ERROR_SPATIAL;
     if (!(f->depth_tolerance >= 0.0f && f->depth_tolerance <= FLT_MAX))
@@ -2274,7 +3055,8 @@ static void gtaoi_frame_plan(const gtao_frame_desc *f, int bent, gtaoi_frame_lay
     int i;
     memset(l, 0, sizeof *l);
     l->scale = f->half ? 2 : 1;
-    l->bent = bent;
+    l->bent = bent || f->sh_bands;
+    l->sets = f->sh_bands ? f->sh_bands == 2 ? 3 : 4 : l->bent;
     l->normals = d->normals ? 3 : 0;
     l->motion = f->motion ? 3 : 0;
     l->passes = f->no_spatial ? 0 : f->spatial_passes ? f->spatial_passes : 1;
@@ -2283,6 +3065,7 @@ static void gtaoi_frame_plan(const gtao_frame_desc *f, int bent, gtaoi_frame_lay
     l->pass.width = (d->width + l->scale - 1) / l->scale, l->pass.height = (d->height + l->scale - 1) / l->scale;
     l->pass.camera = gtaoi_camera_scaled(d, l->scale);
     l->pass.max_radius_px = (d->max_radius_px + l->scale - 1) / l->scale;
+    l->pass.far_px = d->far_px ? gtaoi_imax(d->far_px / l->scale, 8) : 0;
     l->pass.sky_z = 0.0f;
     gtaoi_plan(&l->pass, &l->pass_layout);
     l->tiles_x = (l->pass.width + GTAOI_TILE_W - 1) / GTAOI_TILE_W;
@@ -2293,16 +3076,17 @@ static void gtaoi_frame_plan(const gtao_frame_desc *f, int bent, gtaoi_frame_lay
         l->pitch += 16;
     l->plane = (uint64_t)l->pitch * (uint64_t)(l->pass.height + 1) * sizeof(float);
 
-    planes = bent ? 5 : 2;
+    planes = 2 + 3 * (uint64_t)l->sets;
     at = (sizeof(gtaoi_state) + 63) / 64 * 64;
     l->heights = at, at += 2 * l->plane;
     l->raw = at, at += planes * l->plane;
     for (i = 0; i < 2; i++)
         l->filtered[i] = at, at += l->passes > i ? planes * l->plane : 0;
     for (i = 0; i < 2; i++)
-        l->history[i] = at, at += l->temporal ? (uint64_t)GTAOI_HISTORY_PLANES * l->plane : 0;
+        l->history[i] = at, at += l->temporal ? (5 + 3 * (uint64_t)gtaoi_imax(l->sets, 1)) * l->plane : 0;
     l->normal = at, at += (uint64_t)l->normals * l->plane;
     l->moves = at, at += (uint64_t)l->motion * l->plane;
+    l->thickness = at, at += d->thickness_map ? l->plane : 0;
     l->nearest = at, at += tiles * sizeof(float);
     l->still = at, at += tiles * sizeof(uint16_t);
     l->changed = at, at += tiles;
@@ -2310,6 +3094,14 @@ static void gtaoi_frame_plan(const gtao_frame_desc *f, int bent, gtaoi_frame_lay
     l->mask = at, at += d->mask ? (uint64_t)l->pitch * (uint64_t)l->pass.height : 0;
     l->scratch = (at + 63) / 64 * 64;
     l->total = l->scratch + l->pass_layout.total + 63; /* room to align */
+}
+
+/* Where, in a signal and in a history, the three planes of a set begin. */
+static ptrdiff_t gtaoi_signal_set(const gtao_frame_context *f, int set) {
+    return (2 + 3 * set) * f->plane;
+}
+static ptrdiff_t gtaoi_history_set(const gtao_frame_context *f, int set) {
+    return (set ? 5 + 3 * set : 2) * f->plane;
 }
 
 /* Row y of a plane, or what lies outside the image. */
@@ -2339,10 +3131,38 @@ static float gtaoi_beyond(const gtao_frame_context *f, float a, float b) {
     return a > GTAOI_SKY_LIMIT && d <= tolerance && -d <= tolerance ? a + d : a;
 }
 
+/* Rows [ty0, ty1) of tiles as they were. Of the two planes of heights both have to hold them, of the motion none. */
+static void gtaoi_keep(const gtao_frame_context *f, int ty0, int ty1) {
+    int k, ty, x;
+    for (ty = ty0; ty < ty1; ty++) {
+        ptrdiff_t at = (ptrdiff_t)ty * GTAOI_TILE_H * f->pitch - GTAOI_PAD;
+        size_t n = (size_t)(gtaoi_imin(GTAOI_TILE_H, f->height - ty * GTAOI_TILE_H) * f->pitch) * sizeof(float);
+        int same = 1;
+        for (x = ty * f->tiles_x; x < (ty + 1) * f->tiles_x; x++) {
+            same &= f->still[x] > 1;
+            f->changed[x] = 0;
+        }
+        if (same && !f->f.no_skip)
+            continue;
+        memcpy(f->height_now + at, f->height_before + at, n);
+        for (k = 0; f->f.motion && k < 3; k++)
+            memset(f->motion + k * f->plane + at, 0, n);
+    }
+}
+
+/* Whether anything changed in row ty of tiles. */
+static int gtaoi_row_changed(const gtao_frame_context *f, int ty) {
+    int x;
+    for (x = ty * f->tiles_x; x < (ty + 1) * f->tiles_x; x++)
+        if (f->changed[x])
+            return 1;
+    return 0;
+}
+
 /* Whether all tiles within `ring` of this one are at rest. */
 static int gtaoi_at_rest(const gtao_frame_context *f, int tx, int ty, int ring) {
     int x, y;
-    if (f->f.no_skip)
+    if (f->f.no_skip || (f->f.desc.no_skip & GTAO_SKIP_REST))
         return 0;
     for (y = gtaoi_imax(ty - ring, 0); y <= gtaoi_imin(ty + ring, f->tiles_y - 1); y++)
         for (x = gtaoi_imax(tx - ring, 0); x <= gtaoi_imin(tx + ring, f->tiles_x - 1); x++)
@@ -2357,14 +3177,15 @@ static int gtaoi_at_rest(const gtao_frame_context *f, int tx, int ty, int ring) 
 static int gtaoi_tile_reach(const gtao_frame_context *f, float nearest) {
     const gtao_context *c = f->pass;
     float extent = c->reach, cap = c->max_radius;
+    int margin = c->d.far_depth ? 6 : 2;
     if (nearest <= GTAOI_SKY_LIMIT)
         return 0;
     if (c->every_pixel || !c->bounded)
-        return (int)cap + 2;
+        return (int)cap + margin;
     if (!c->orthographic)
         extent = extent * nearest * f->ray_max;
-    extent = extent * 1.25f / gtaoi_min(c->bx1, c->by1) + 2.0f;
-    return (int)gtaoi_min(extent, cap + 2.0f);
+    extent = extent * 1.25f / gtaoi_min(c->bx1, c->by1);
+    return (int)gtaoi_min(extent, cap) + margin;
 }
 
 /* From what changed to what is at rest, for rows [ty0, ty1) of tiles. */
@@ -2390,7 +3211,7 @@ static void gtaoi_judge_tiles(const gtao_frame_context *f, int ty0, int ty1) {
 /* ---- the sweep: plan -------------------------------------------------------------------------------------------- */
 
 #define GTAOI_TILE 16   /* lines in a group and columns in a tile, whatever the width: part of the results */
-#define GTAOI_LAG 8     /* a sample is compared with its neighbours so far off before it becomes a vertex */
+#define GTAOI_LAG 16    /* a sample is compared with its neighbours so far off before it becomes a vertex */
 #define GTAOI_BLOCK 8   /* tiles whose highest sample tells at once whether one of them matters */
 #define GTAOI_MARGIN 64 /* positions of sky before and after each line */
 
@@ -2440,10 +3261,11 @@ typedef struct gtaoi_sweep_layout {
     uint64_t work;                                                    /* bytes */
 } gtaoi_sweep_layout;
 
-/* Of an upper hull: position, height, and slope from the vertex before. */
+/* A sample that was on the upper hull of its line when the sweep passed it: height, slope from the vertex before it on
+ * that hull, position. The hulls of all positions are one tree. */
 typedef struct gtaoi_vertex {
-    float w, across, slope; /* across: gradient of the heights across the line */
-    int32_t t;
+    float w, slope;
+    int32_t t, before;
 } gtaoi_vertex;
 
 /* One group of lines on its way. */
@@ -2466,11 +3288,9 @@ typedef struct gtaoi_lines {
     const float *inverse; /* 1 / |k|, k also negative */
     ptrdiff_t length;     /* of a line's part of the buffers */
     float *strip;         /* heights on the lines, [line][position] */
-    float *across;        /* their gradients across the lines */
-    float *base;          /* heights of the receivers, the pixels nearest to the lines */
-    float *aside;         /* how far a line passes from its receivers, [position] */
-    gtaoi_vertex *vertex; /* upper hulls, [line][room] */
+    gtaoi_vertex *vertex; /* [line][room] */
     ptrdiff_t room;
+    int32_t *start; /* [line][tile]: the last vertex before a tile */
     const gtao_sweep_options *options;
     int *minor;           /* pixel of the first line at each position */
     uint16_t *above;      /* [line][tile]: samples that may be vertices */
@@ -2478,51 +3298,57 @@ typedef struct gtaoi_lines {
     float *highest;       /* [line][tile] */
     float *highest_block; /* [line][block] */
     const gtaoi_slice *slice;
-    int depth[GTAOI_TILE]; /* last vertex */
+    int seeds[GTAOI_TILE]; /* last vertex beyond the image */
 } gtaoi_lines;
 
-/* A vertex at the end of an upper hull, whose slopes fall; returns where it is. */
-GTAOI_INLINE gtaoi_vertex *gtaoi_push_vertex(gtaoi_vertex *top, const float *inverse, int t, float w, float across) {
+/* Vertex n, after `top`: the hull loses what lies below the line from it to what remains; its slopes fall. */
+GTAOI_INLINE void gtaoi_push_vertex(gtaoi_vertex *v, int n, int top, const float *inverse, int t, float w) {
     GTAOI_NO_CONTRACT
-    float slope = (w - top->w) * inverse[t - top->t];
-    while (slope >= top->slope)
-        top--, slope = (w - top->w) * inverse[t - top->t];
-    top++;
-    top->w = w, top->across = across, top->slope = slope, top->t = t;
-    return top;
+    float slope = (w - v[top].w) * inverse[t - v[top].t];
+    while (slope >= v[top].slope)
+        top = v[top].before, slope = (w - v[top].w) * inverse[t - v[top].t];
+    v[n].w = w, v[n].slope = slope, v[n].t = t, v[n].before = top;
 }
 
-/* Height of a depth, orthographic. */
-static float gtaoi_line_height(const gtao_context *c, float depth) {
-    GTAOI_NO_CONTRACT
-    float w = depth * c->w_scale;
-    int visible = gtaoi_finite(depth);
-    if (c->d.depth_kind == GTAO_DEPTH_DEVICE)
-        w += c->w_bias, visible = c->w_far < w && w < FLT_MAX;
-    else if (c->d.depth_kind != GTAO_DEPTH_HEIGHT)
-        visible = depth > 0.0f && depth < c->z_sky;
-    return visible ? gtaoi_clamp(w, -GTAOI_ORTHO_LIMIT, GTAOI_ORTHO_LIMIT) : GTAOI_SKY;
-}
+static float gtaoi_line_height(const gtao_context *c, float depth); /* below, by a kernel */
 
-/* Further vertices, the bits of 16 samples from `at` on, at the end of a line's upper hull, whose slopes fall. The first
- * two stand so low that they are never taken nor seen. */
-static void gtaoi_push_vertices(gtaoi_lines *l, int line, int at, unsigned bits, int backward) {
+/* The vertices of a line, and which of them each tile's receivers see first, more than GTAO_SWEEP_NEAR away. Four tiles
+ * at a time: it is the ends of loops that cost. */
+static void gtaoi_push_vertices(gtaoi_lines *l, int line, int backward) {
     GTAOI_NO_CONTRACT
-    gtaoi_vertex *first = l->vertex + (ptrdiff_t)line * l->room, *top = first + l->depth[line];
-    const float *w = l->strip + (ptrdiff_t)line * l->length + at, *across = w + (l->across - l->strip);
-    while (bits) {
-        int k = backward ? gtaoi_highest(bits) : gtaoi_lowest(bits);
-        top = gtaoi_push_vertex(top, l->inverse, at + k, w[k], across[k]);
-        bits ^= 1u << k;
+    enum { GAP = GTAO_SWEEP_NEAR, REST = GTAOI_TILE - GAP, SPAN = 4 * GTAOI_TILE };
+    gtaoi_vertex *v = l->vertex + (ptrdiff_t)line * l->room;
+    const float *w = l->strip + (ptrdiff_t)line * l->length;
+    const uint16_t *above = l->above + line * (l->tiles + 4) + 2;
+    int n = l->seeds[line] + 1, i, j;
+    for (i = 0; i < l->tiles; i += 4) {
+        int at = backward ? (l->tiles - i) * GTAOI_TILE + GAP - (SPAN - GTAOI_TILE) : (i - 1) * GTAOI_TILE - GAP;
+        int seen = n - 1;
+        uint64_t bits = 0;
+        for (j = 0; j < gtaoi_imin(4, l->tiles - i); j++) { /* the 16 samples before what is near */
+            int tile = backward ? l->tiles - 1 - i - j : i + j;
+            unsigned some = backward ? (unsigned)above[tile + 1] >> GAP | (unsigned)above[tile + 2] << REST
+                                     : (unsigned)above[tile - 2] >> REST | (unsigned)above[tile - 1] << GAP;
+            some &= 0xffffu;
+            bits |= (uint64_t)some << (backward ? SPAN - GTAOI_TILE - GTAOI_TILE * j : GTAOI_TILE * j);
+            seen += gtaoi_popcount(some);
+            l->start[line * l->tiles + tile] = seen;
+        }
+        while (bits) {
+            int k = backward ? gtaoi_highest(bits) : gtaoi_lowest(bits);
+            gtaoi_push_vertex(v, n, n - 1, l->inverse, at + k, w[at + k]);
+            n++;
+            bits ^= (uint64_t)1 << k;
+        }
     }
-    l->depth[line] = (int)(top - first);
 }
 
 /* What the caller knows beyond the image, at whole columns: the first vertices. */
 static void gtaoi_seed_vertices(gtaoi_lines *l, int line, int backward) {
     GTAOI_NO_CONTRACT
     float distance[GTAO_BEYOND_CAPACITY], depth[GTAO_BEYOND_CAPACITY];
-    gtaoi_vertex *first = l->vertex + (ptrdiff_t)line * l->room, *top = first + l->depth[line];
+    gtaoi_vertex *v = l->vertex + (ptrdiff_t)line * l->room;
+    int top = l->seeds[line];
     int p = backward ? l->count - 1 : 0, step = backward ? -1 : 1, last, n, i;
     double unit = 1.0 / sqrt(1.0 + l->slope * l->slope), x, y, dx = (double)-step * unit, dy = dx * l->slope;
     while (p >= 0 && p < l->count && (l->minor[p] + line < 0 || l->minor[p] + line >= l->n_minor))
@@ -2543,14 +3369,15 @@ static void gtaoi_seed_vertices(gtaoi_lines *l, int line, int backward) {
             continue;
         t = gtaoi_imax((int)((double)distance[i] * unit + 0.5), 1);
         if (t >= last) { /* two at one column: the higher one */
-            if (t > last || w <= top->w)
+            if (t > last || w <= v[top].w)
                 continue;
             top--;
         }
         last = t;
-        top = gtaoi_push_vertex(top, l->inverse, p - step * t, w, 0.0f);
+        gtaoi_push_vertex(v, top + 1, top, l->inverse, p - step * t, w);
+        top++;
     }
-    l->depth[line] = (int)(top - first);
+    l->seeds[line] = top;
 }
 
 /* Empty hulls, and sky around the lines. */
@@ -2561,13 +3388,10 @@ static void gtaoi_sweep_start(gtaoi_lines *l, int backward) {
         float *strip = l->strip + i * l->length;
         gtaoi_fill_sky(strip - GTAOI_MARGIN, GTAOI_MARGIN);
         gtaoi_fill_sky(strip + l->tiles * GTAOI_TILE, GTAOI_MARGIN);
-        strip = l->across + i * l->length;
-        memset(strip - GTAOI_MARGIN, 0, GTAOI_MARGIN * sizeof(float));
-        memset(strip + l->tiles * GTAOI_TILE, 0, GTAOI_MARGIN * sizeof(float));
-        v->w = GTAOI_SKY, v->across = 0.0f, v->slope = FLT_MAX;
+        v->w = GTAOI_SKY, v->slope = FLT_MAX;
         v->t = backward ? l->tiles * GTAOI_TILE + GTAOI_MARGIN : -GTAOI_MARGIN;
-        v[1] = v[0];
-        l->depth[i] = 1;
+        v->before = 0;
+        l->seeds[i] = 0;
     }
 }
 
@@ -2664,10 +3488,158 @@ GTAO_API void gtao_prepare_rows(const gtao_context *context, int row_begin, int 
 
 GTAO_API void gtao_visibility_rows(const gtao_context *context, int row_begin, int row_end, gtao_stats *stats) {
     gtao_stats unused;
+    int y;
     if (!stats)
         memset(&unused, 0, sizeof unused), stats = &unused;
     row_begin = gtaoi_imax(row_begin, 0), row_end = gtaoi_imin(row_end, context->d.height);
+    if (context->effort) {
+        for (y = row_begin; y < row_end; y++) {
+            float *row = context->effort->planes[GTAOI_EFFORT_HEIGHT] + (ptrdiff_t)y * context->effort->pitch;
+            gtaoi_fill_sky(row - GTAOI_EFFORT_PAD, GTAOI_EFFORT_PAD);
+            gtaoi_fill_sky(row + context->d.width, context->effort->pitch - GTAOI_EFFORT_PAD - context->d.width);
+        }
+        context = context->effort->level;
+    }
     GTAOI_DISPATCH(context->d.isa, gtaoi_visibility, (context, row_begin, row_end, stats));
+}
+
+/* Rows of tiles that begin in [row_begin, row_end). */
+static int gtaoi_tile_rows(const gtaoi_effort *e, int row) {
+    return gtaoi_imin(gtaoi_imax(row, 0) / GTAOI_EFFORT_H + (row > 0 && row % GTAOI_EFFORT_H), e->tiles_y);
+}
+
+GTAO_API void gtao_share_rows(const gtao_context *context, int row_begin, int row_end) {
+    const gtaoi_effort *e = context->effort;
+    int tx, ty, from, ty0, ty1;
+    if (!e)
+        return;
+    ty0 = gtaoi_tile_rows(e, row_begin), ty1 = gtaoi_tile_rows(e, row_end);
+    for (tx = 0; tx < e->tiles_x; tx++)
+        for (ty = ty0; ty < ty1; ty++) {
+            for (from = ty; ty < ty1 && (!e->second || e->tile[ty * e->tiles_x + tx].level > 0); ty++)
+                ;
+            if (from < ty)
+                GTAOI_DISPATCH(context->d.isa, gtaoi_share,
+                               (context, tx * GTAOI_EFFORT_W, from * GTAOI_EFFORT_H,
+                                gtaoi_imin(ty * GTAOI_EFFORT_H, context->d.height)));
+        }
+}
+
+/* Marks the radius classes of the pixels of a tile, with one more on each side; `farthest` is the longest ray. */
+static void gtaoi_mark_classes(const gtao_context *c, const gtaoi_effort_tile *t, float farthest, unsigned char *used) {
+    GTAOI_NO_CONTRACT
+    int from = 0, to = c->classes - 1;
+    if (!c->orthographic && c->bounded) {
+        from = gtaoi_class(c, gtaoi_clamp(t->w_least * c->reach, c->extent_min, c->extent_max)) - 1;
+        to = gtaoi_class(c, gtaoi_clamp(t->w_most * farthest * c->reach, c->extent_min, c->extent_max)) + 1;
+    }
+    for (from = gtaoi_imax(from, 0), to = gtaoi_imin(to, c->classes - 1); from <= to; from++)
+        used[from] = 1;
+}
+
+/* Length of the ray through the corner that is farthest from the principal point. */
+static float gtaoi_farthest(const gtao_context *c) {
+    GTAOI_NO_CONTRACT
+    float rx =
+        gtaoi_max(gtaoi_max(c->cx, -c->cx), gtaoi_max((float)c->d.width - c->cx, c->cx - (float)c->d.width)) * c->bx1;
+    float ry =
+        gtaoi_max(gtaoi_max(c->cy, -c->cy), gtaoi_max((float)c->d.height - c->cy, c->cy - (float)c->d.height)) * c->by1;
+    rx = gtaoi_min(rx, GTAOI_RAY_LIMIT), ry = gtaoi_min(ry, GTAOI_RAY_LIMIT);
+    return (float)sqrt((double)(rx * rx + ry * ry + 1.0f));
+}
+
+/* A bin of the tiles by their variance, four an octave. */
+static int gtaoi_effort_bin(const gtaoi_effort_tile *t) {
+    return gtaoi_imin(gtaoi_imax((int)(gtaoi_bits(t->variance) >> 21) - (100 << 2), 0), 255);
+}
+
+/* Least error for the time: each tile takes the level of least error + price * time. The price falls until the error
+ * meets the target or the time its limit. */
+GTAO_API float gtao_refine_begin(gtao_context *context, float most) {
+    GTAOI_NO_CONTRACT
+    gtaoi_effort *e = context->effort;
+    double sums[256], price, pixels = 0.0, target, cost, error, next_cost;
+    int counts[256], i, b, k, n;
+    unsigned char levels[256], next[256], used[GTAOI_LEVELS][GTAOI_MAX_CLASSES + 1], level_used[GTAOI_LEVELS];
+    float farthest;
+    if (!e)
+        return 0.0f;
+    memset(sums, 0, sizeof sums), memset(counts, 0, sizeof counts), memset(levels, 0, sizeof levels);
+    n = e->tiles_x * e->tiles_y;
+    for (i = 0; i < n; i++) {
+        b = gtaoi_effort_bin(&e->tile[i]);
+        sums[b] += (double)e->tile[i].variance, counts[b]++;
+        pixels += (double)e->tile[i].count;
+    }
+    target = (double)gtaoi_min(context->d.error_target, 1.0f);
+    target *= target * pixels;
+    for (price = GTAOI_EFFORT_W * GTAOI_EFFORT_H, cost = 0.0;; price *= 0.840896415) { /* 2^-1/4 */
+        for (b = 0, error = next_cost = 0.0; b < 256; b++) {
+            double least = 0.0;
+            for (k = 0; counts[b] && k < e->levels; k++) {
+                double time = k ? (double)gtaoi_levels[k].cost * counts[b] : 0.0;
+                double both = (double)gtaoi_levels[k].error * sums[b] + price * time;
+                if (k == 0 || both < least)
+                    least = both, next[b] = (unsigned char)k;
+            }
+            if (counts[b]) {
+                error += (double)gtaoi_levels[next[b]].error * sums[b];
+                next_cost += next[b] ? (double)gtaoi_levels[next[b]].cost * counts[b] : 0.0;
+            }
+        }
+        if (most > 0.0f && next_cost > (double)most * n)
+            break;
+        memcpy(levels, next, sizeof levels), cost = next_cost;
+        if (error <= target || price < 1e-9)
+            break;
+    }
+    memset(used, 0, sizeof used), memset(level_used, 0, sizeof level_used);
+    farthest = gtaoi_farthest(context);
+    for (i = 0; i < n; i++) {
+        k = levels[gtaoi_effort_bin(&e->tile[i])];
+        e->tile[i].wanted = (unsigned char)k;
+        level_used[k] = 1;
+        if (k && e->tile[i].count > 0.0f)
+            gtaoi_mark_classes(context, &e->tile[i], farthest, used[k]);
+    }
+    for (k = 1; k < e->levels; k++)
+        if (level_used[k])
+            gtaoi_fill_tables(&e->level[k], e->max_radius, used[k]);
+    e->second = 1;
+    return (float)(cost / n);
+}
+
+/* Level by level and, in each, by rows of the noise, so that the tables of one row stay in the cache. */
+GTAO_API void gtao_refine_rows(const gtao_context *context, int row_begin, int row_end, gtao_stats *stats) {
+    const gtaoi_effort *e = context->effort;
+    int level, phase, tx, ty, from, ty0, ty1, i;
+    gtao_stats spent;
+    if (!e)
+        return;
+    memset(&spent, 0, sizeof spent);
+    ty0 = gtaoi_tile_rows(e, row_begin), ty1 = gtaoi_tile_rows(e, row_end);
+    for (level = 1; level < e->levels; level++) {
+        gtao_context part = e->level[level];
+        for (phase = 0; phase < GTAOI_EFFORT_H; phase++)
+            for (ty = ty0; ty < ty1; ty++) {
+                const gtaoi_effort_tile *t = e->tile + ty * e->tiles_x;
+                int y = ty * GTAOI_EFFORT_H + phase;
+                for (tx = 0; tx < e->tiles_x && y < part.d.height; tx++) {
+                    for (from = tx; tx < e->tiles_x && t[tx].wanted == level && t[tx].level < level; tx++)
+                        ;
+                    if (from == tx)
+                        continue;
+                    part.x_begin = from * GTAOI_EFFORT_W;
+                    part.x_end = gtaoi_imin(tx * GTAOI_EFFORT_W, part.d.width);
+                    GTAOI_DISPATCH(part.d.isa, gtaoi_visibility, (&part, y, y + 1, &spent));
+                }
+            }
+    }
+    for (i = ty0 * e->tiles_x; i < ty1 * e->tiles_x; i++)
+        if (e->tile[i].level < e->tile[i].wanted)
+            e->tile[i].level = e->tile[i].wanted;
+    if (stats)
+        stats->samples += spent.samples, stats->refined += spent.pixels;
 }
 
 GTAO_API void gtao_irradiance_rows(const gtao_desc *desc, const gtao_output *output, const float probe[27], float *rgb,
@@ -2697,6 +3669,13 @@ GTAO_API gtao_result gtao_compute(const gtao_desc *desc, const gtao_output *outp
         return result;
     gtao_prepare_rows(context, 0, desc->height);
     gtao_visibility_rows(context, 0, desc->height, stats);
+    if (context->effort) {
+        gtao_share_rows(context, 0, desc->height);
+        if (gtao_refine_begin(context, 0.0f) > 0.0f) {
+            gtao_refine_rows(context, 0, desc->height, stats);
+            gtao_share_rows(context, 0, desc->height);
+        }
+    }
     return GTAO_OK;
 }
 
@@ -2877,13 +3856,16 @@ static void gtaoi_frame_settings(const gtao_frame_desc *f, const gtaoi_frame_lay
                      l->temporal,
                      (int)f->history,
                      f->max_history,
-                     l->bent,
+                     l->sets,
                      l->normals,
                      l->motion,
                      d->mask != 0,
-                     (int)d->depth_kind};
+                     (int)d->depth_kind,
+                     d->thickness_map != 0,
+                     (int)d->far_depth,
+                     d->far_px};
     const float x[] = {d->radius,       d->falloff,   d->step_power, d->thin_blend, f->depth_tolerance,
-                       f->clamp_window, d->camera.sx, d->camera.sy,  d->thickness};
+                       f->clamp_window, d->camera.sx, d->camera.sy,  d->thickness,  d->tolerance};
     memset(s, 0, sizeof *s);
     s->magic = 0x6f617467u;
     memcpy(s->i, i, sizeof i);
@@ -2909,12 +3891,20 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
         return result;
     if (output && output->signal)
         return GTAO_ERROR_SIGNAL;
-    if (output && output->sh)
-        return GTAO_ERROR_OUTPUT_SH;
-    result = gtaoi_check_output(&frame->desc, output);
+    if (output &&
+        (output->sh ? gtaoi_sh_count(output) : 0) != (frame->sh_bands ? frame->sh_bands * frame->sh_bands : 0))
+        return GTAO_ERROR_SH_BANDS;
+    if (output) {
+        signal = *output; /* its intermediates have the filters' resolution */
+        signal.horizon_stride = signal.horizon_plane = 0;
+    }
+    result = gtaoi_check_output(&frame->desc, output ? &signal : output);
     if (result != GTAO_OK)
         return result;
     gtaoi_frame_plan(frame, 1, &l);
+    if (gtaoi_has_planes(output) &&
+        !gtaoi_planes_ok(output->horizon_stride, output->horizon_plane, l.pass.width, l.pass.height))
+        return GTAO_ERROR_HORIZONS;
     if (!state || state_size < l.total || !context)
         return GTAO_ERROR_STATE;
     gtaoi_frame_plan(frame, output->bent_normals || output->packed, &l);
@@ -2933,9 +3923,10 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     }
     memset(f, 0, sizeof *f);
     f->fresh = s->count == 0;
+    f->unchanged = frame->unchanged && !f->fresh;
     f->f = *frame;
     f->scale = l.scale, f->width = l.pass.width, f->height = l.pass.height;
-    f->bent = l.bent, f->passes = l.passes, f->temporal = l.temporal;
+    f->bent = l.bent, f->sets = l.sets, f->passes = l.passes, f->temporal = l.temporal;
     f->pitch = l.pitch, f->plane = floats;
     f->tiles_x = l.tiles_x, f->tiles_y = l.tiles_y;
     if (f->f.clamp_window == 0.0f)
@@ -2955,6 +3946,7 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     f->raw = GTAOI_PLANES(l.raw);
     f->filtered[0] = GTAOI_PLANES(l.filtered[0]), f->filtered[1] = GTAOI_PLANES(l.filtered[1]);
     f->normals = GTAOI_PLANES(l.normal), f->motion = GTAOI_PLANES(l.moves);
+    f->thickness = GTAOI_PLANES(l.thickness);
 #undef GTAOI_PLANES
     f->signal = f->passes == 0 ? f->raw : f->filtered[f->passes == 2];
     f->result = f->temporal ? f->history_now : f->signal;
@@ -2980,12 +3972,21 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     l.pass.device_scale = 1.0f, l.pass.device_bias = 0.0f;
     l.pass.normals = frame->desc.normals ? f->normals : 0;
     l.pass.normal_stride = f->pitch * 4, l.pass.normal_components = 3;
+    l.pass.thickness_map = frame->desc.thickness_map ? f->thickness : 0, l.pass.thickness_stride = f->pitch * 4;
     l.pass.mask = frame->desc.mask ? f->mask : 0, l.pass.mask_stride = f->pitch;
     l.pass.frame = frame->desc.frame + s->count;
     memset(&signal, 0, sizeof signal);
     signal.signal = f->raw;
     signal.signal_stride = f->pitch * 4, signal.signal_plane_stride = floats * 4;
     signal.signal_planes = f->bent ? 5 : 2;
+    signal.horizons = output->horizons, signal.arcs = output->arcs, signal.slices = output->slices;
+    signal.surface = output->surface;
+    signal.horizon_stride = output->horizon_stride, signal.horizon_plane = output->horizon_plane;
+    if (frame->sh_bands) {
+        signal.sh = f->raw + 5 * floats;
+        signal.sh_stride = f->pitch * 4, signal.sh_plane_stride = floats * 4;
+        signal.sh_bands = frame->sh_bands;
+    }
     {
         /* The planes have padding, which gtao_begin's check of the strides does not know of: so none of it. */
         char *scratch = base + l.scratch;
@@ -3063,38 +4064,57 @@ GTAO_API const char *gtao_frame_stage_name(const gtao_frame_context *context, in
     return names[gtaoi_frame_stage(context, stage, &pass)];
 }
 
+/* Rows of tiles in a unit: what can rise is told from strips of them. */
+static int gtaoi_unit_tiles(int kind) {
+    return kind == GTAOI_PREPARE || kind == GTAOI_HORIZONS ? (int)GTAO_STRIP / (int)GTAOI_TILE_H : 1;
+}
+
 GTAO_API int gtao_frame_units(const gtao_frame_context *context, int stage) {
-    (void)stage;
-    return context->tiles_y;
+    int pass, tiles = gtaoi_unit_tiles(gtaoi_frame_stage(context, stage, &pass));
+    return (context->tiles_y + tiles - 1) / tiles;
 }
 
 GTAO_API void gtao_frame_run(gtao_frame_context *context, int stage, int unit_begin, int unit_end, gtao_stats *stats) {
     gtao_stats unused;
-    int pass, kind = gtaoi_frame_stage(context, stage, &pass), y0, y1;
+    int pass, set = 0, kind = gtaoi_frame_stage(context, stage, &pass), y0, y1, k;
     gtao_isa isa = context->pass->d.isa;
     if (!stats)
         memset(&unused, 0, sizeof unused), stats = &unused;
-    unit_begin = gtaoi_imax(unit_begin, 0), unit_end = gtaoi_imin(unit_end, context->tiles_y);
+    unit_begin = gtaoi_imin(gtaoi_imax(unit_begin, 0), context->tiles_y) * gtaoi_unit_tiles(kind);
+    unit_end = gtaoi_imin(gtaoi_imin(unit_end, context->tiles_y) * gtaoi_unit_tiles(kind), context->tiles_y);
     y0 = unit_begin * GTAOI_TILE_H, y1 = gtaoi_imin(unit_end * GTAOI_TILE_H, context->height);
     switch (kind) {
     case GTAOI_REDUCE:
-        GTAOI_DISPATCH(isa, gtaoi_reduce, (context, unit_begin, unit_end));
+        if (context->unchanged)
+            gtaoi_keep(context, unit_begin, unit_end);
+        else
+            GTAOI_DISPATCH(isa, gtaoi_reduce, (context, unit_begin, unit_end));
         break;
     case GTAOI_PREPARE:
         gtaoi_judge_tiles(context, unit_begin, unit_end);
-        GTAOI_DISPATCH(isa, gtaoi_prepare, (context->pass, y0, y1));
+        for (; unit_begin < unit_end; unit_begin++)
+            if (context->fresh || context->f.no_skip || gtaoi_row_changed(context, unit_begin)) {
+                y0 = unit_begin * GTAOI_TILE_H, y1 = gtaoi_imin(y0 + GTAOI_TILE_H, context->height);
+                GTAOI_DISPATCH(isa, gtaoi_prepare, (context->pass, y0, y1));
+            }
         break;
     case GTAOI_HORIZONS:
         GTAOI_DISPATCH(isa, gtaoi_visibility, (context->pass, y0, y1, stats));
+        for (; y0 < y1; y0++) /* what the filter sees beyond a seam */
+            for (k = 0; k < (context->bent ? 5 : 2); k++)
+                gtaoi_pad_plane(context, context->raw + k * context->plane + (ptrdiff_t)y0 * context->pitch, 0);
         break;
     case GTAOI_SPATIAL:
-        GTAOI_DISPATCH(isa, gtaoi_spatial, (context, pass, y0, y1));
+        for (; set < gtaoi_imax(context->sets, 1); set++)
+            GTAOI_DISPATCH(isa, gtaoi_spatial, (context, pass, set, y0, y1));
         break;
     case GTAOI_TEMPORAL:
-        GTAOI_DISPATCH(isa, gtaoi_temporal, (context, y0, y1));
+        for (; set < gtaoi_imax(context->sets, 1); set++)
+            GTAOI_DISPATCH(isa, gtaoi_temporal, (context, set, y0, y1));
         break;
     default:
-        GTAOI_DISPATCH(isa, gtaoi_upsample, (context, y0, y1));
+        for (; set < gtaoi_imax(context->sets, 1); set++)
+            GTAOI_DISPATCH(isa, gtaoi_upsample, (context, set, y0, y1));
         break;
     }
 }
@@ -3125,6 +4145,69 @@ GTAO_API const float *gtao_frame_plane(const gtao_frame_context *context, gtao_p
     return (unsigned)plane <= GTAO_PLANE_LENGTH ? planes[plane] : 0;
 }
 
+GTAO_API const gtao_context *gtao_frame_image(const gtao_frame_context *context) {
+    return &context->full;
+}
+
+GTAO_API const float *gtao_frame_stage_plane(const gtao_frame_context *context, int stage, int plane, const char **name,
+                                             ptrdiff_t *stride) {
+    static const char *const reduced[] = {"height",   "normal.X", "normal.Y", "normal.Z",
+                                          "motion.X", "motion.Y", "motion.Z"};
+    static const char *const signals[] = {"visibility", "weight", "bent.X", "bent.Y", "bent.Z"};
+    static const char *const histories[] = {"visibility", "length", "bent.X", "bent.Y",
+                                            "bent.Z",     "speed",  "last",   "deviation"};
+    const gtao_frame_context *f = context;
+    int pass, kind = gtaoi_frame_stage(f, stage, &pass), normals = f->full.d.normals ? 3 : 0,
+              motions = f->f.motion ? 3 : 0;
+    *stride = f->pitch * 4;
+    if (plane < 0)
+        return 0;
+    if (kind == GTAOI_REDUCE) {
+        if (plane > normals + motions)
+            return 0;
+        *name = reduced[plane > normals ? plane - normals + 3 : plane];
+        return plane == 0         ? f->height_now
+               : plane <= normals ? f->normals + (plane - 1) * f->plane
+                                  : f->motion + (plane - normals - 1) * f->plane;
+    }
+    if (kind == GTAOI_HORIZONS || kind == GTAOI_SPATIAL) {
+        if (plane >= (f->bent ? 5 : 2))
+            return 0;
+        *name = signals[plane];
+        return (kind == GTAOI_HORIZONS ? f->raw : f->filtered[pass & 1]) + plane * f->plane;
+    }
+    if (kind == GTAOI_TEMPORAL) {
+        if (plane >= (f->bent ? 8 : 5))
+            return 0;
+        if (!f->bent && plane >= 2)
+            plane += 3;
+        *name = histories[plane];
+        return f->history_now + plane * f->plane;
+    }
+    return 0;
+}
+
+GTAO_API void gtao_frame_get_constants(const gtao_frame_context *context, gtao_frame_constants *constants) {
+    const gtao_frame_context *f = context;
+    gtao_frame_constants *k = constants;
+    memset(k, 0, sizeof *k);
+    k->scale = f->scale, k->reduction = (int)f->f.reduction, k->spatial_passes = f->passes, k->temporal = f->temporal;
+    k->fresh = f->fresh, k->moved = f->moved, k->history = (int)f->f.history, k->max_history = f->f.max_history;
+    k->motion_components = f->f.motion ? f->f.motion_components : 0;
+    memcpy(k->window0, f->window[0], sizeof k->window0);
+    memcpy(k->window1, f->window[1], sizeof k->window1);
+    k->tolerance_scale = f->tolerance_scale, k->tolerance_bias = f->tolerance_bias;
+    k->clamp_window = f->f.clamp_window, k->clamp_noise = GTAOI_CLAMP_NOISE, k->blur_cost = GTAOI_BLUR_COST;
+    k->disocclusion_scale = f->disocclusion_scale, k->disocclusion_bias = f->disocclusion_bias;
+    memcpy(k->before, f->before, sizeof k->before);
+    k->before_fx = f->before_fx, k->before_fy = f->before_fy, k->before_cx = f->before_cx, k->before_cy = f->before_cy;
+}
+
+/* Height of a depth beyond the image, orthographic. */
+static float gtaoi_line_height(const gtao_context *c, float depth) {
+    return gtaoi_height_scalar(c, depth, 0.0f, 0.0f);
+}
+
 /* ---- the sweep: stages ------------------------------------------------------------------------------------------ */
 
 /* The description that the near pixels are searched with. */
@@ -3133,6 +4216,7 @@ static gtao_desc gtaoi_near_desc(const gtao_desc *desc) {
     d.every_pixel = 1;
     d.max_radius_px = GTAO_SWEEP_NEAR + GTAO_SWEEP_NEAR / 2; /* along the diagonal, too */
     d.noise = GTAO_NOISE_NONE;
+    d.far_depth = GTAO_FAR_EXACT;
     if (d.slices == 0)
         d.slices = 32;
     return d;
@@ -3143,8 +4227,10 @@ static gtao_result gtaoi_check_sweep(const gtao_desc *d, const gtao_output *o, c
     if (result != GTAO_OK)
         return result;
     if (d->estimator == GTAO_ESTIMATOR_MEMO || d->thin_blend > 0.0f || d->thickness > 0.0f || d->thickness_map ||
-        d->back || d->layer_count > 0 || (o && (o->sh || o->signal)))
+        d->back || d->layer_count > 0 || (o && (o->signal || gtaoi_has_planes(o))))
         return GTAO_ERROR_SWEEP;
+    if (d->error_target > 0.0f)
+        return GTAO_ERROR_TARGET;
     if (!(s && s->horizons && !o))
         result = gtaoi_check_output(d, o);
     if (result != GTAO_OK || !s)
@@ -3154,13 +4240,8 @@ static gtao_result gtaoi_check_sweep(const gtao_desc *d, const gtao_output *o, c
             s->region[2] > d->width || s->region[3] > d->height)
             return GTAO_ERROR_REGION;
     }
-    if (s->horizons) {
-        ptrdiff_t rows = s->horizon_stride ? s->horizon_stride : (ptrdiff_t)d->width * 4;
-        ptrdiff_t plane = s->horizon_plane < 0 ? -s->horizon_plane : s->horizon_plane;
-        rows = (rows < 0 ? -rows : rows) * (d->height - 1) + (ptrdiff_t)d->width * 4;
-        if (!gtaoi_stride_ok(s->horizon_stride, d->width * 4, 4) || plane % 4 != 0 || (plane && plane < rows))
-            return GTAO_ERROR_HORIZONS;
-    }
+    if (s->horizons && !gtaoi_planes_ok(s->horizon_stride, s->horizon_plane, d->width, d->height))
+        return GTAO_ERROR_HORIZONS;
     if (s->beyond && (d->border != GTAO_BORDER_OPEN || d->camera.projection != GTAO_ORTHOGRAPHIC ||
                       s->beyond_reach < 1 || s->beyond_reach > 1048576))
         return GTAO_ERROR_BEYOND;
@@ -3182,7 +4263,7 @@ static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gta
     gtaoi_plan(&near_desc, &n);
     memset(l, 0, sizeof *l);
     l->batch = gtaoi_imin(s && s->batch ? s->batch : 4, near_desc.slices);
-    l->fields = o && (o->bent_normals || o->packed) ? 8 : 2;
+    l->fields = o && o->sh ? 15 : o && (o->bent_normals || o->packed) ? 8 : 2;
     l->lead = d->border == GTAO_BORDER_OPEN ? 0 : diagonal;
     if (l->lead && d->camera.projection == GTAO_ORTHOGRAPHIC) {
         float reach = d->radius / gtaoi_min(d->camera.sx, gtaoi_sy(&d->camera)) + 1.0f;
@@ -3215,7 +4296,7 @@ static void gtaoi_plan_sweep(const gtao_desc *d, const gtao_output *o, const gta
     l->farthest = l->longest + (s && s->beyond ? s->beyond_reach : 0) + 2 * GTAOI_MARGIN;
     l->total = l->inverse + (2 * (uint64_t)l->farthest + 1) * 4 + 63;
     /* a group of lines: heights, gradients and hulls */
-    l->work = ((uint64_t)GTAOI_TILE * 32 + 24) * ((uint64_t)l->longest + GTAOI_TILE + 2 * GTAOI_MARGIN) +
+    l->work = ((uint64_t)GTAOI_TILE * 24 + 24) * ((uint64_t)l->longest + GTAOI_TILE + 2 * GTAOI_MARGIN) +
               (uint64_t)GTAOI_TILE * sizeof(gtaoi_vertex) * (uint64_t)l->seeds;
     if (l->work < (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4)
         l->work = (uint64_t)GTAOI_TILE * (uint64_t)l->pitch * 4;
@@ -3272,10 +4353,12 @@ GTAO_API gtao_result gtao_sweep_begin(const gtao_desc *desc, const gtao_output *
         s->o = *options;
     if (s->o.region[2] == 0)
         s->o.region[2] = desc->width, s->o.region[3] = desc->height;
-    if (s->o.horizon_stride == 0)
-        s->o.horizon_stride = (ptrdiff_t)desc->width * 4;
-    if (s->o.horizon_plane == 0)
-        s->o.horizon_plane = (s->o.horizon_stride < 0 ? -s->o.horizon_stride : s->o.horizon_stride) * desc->height;
+    c->o.horizons = s->o.horizons;
+    if (s->o.horizon_stride)
+        c->o.horizon_stride = s->o.horizon_stride;
+    c->o.horizon_plane = s->o.horizon_plane;
+    if (c->o.horizon_plane == 0)
+        c->o.horizon_plane = (c->o.horizon_stride < 0 ? -c->o.horizon_stride : c->o.horizon_stride) * desc->height;
     c->x_begin = s->o.region[0], c->x_end = s->o.region[2];
     for (i = 0; i < (size_t)c->period * (size_t)c->period * (size_t)c->slices * (size_t)c->classes; i++)
         c->count[i] = gtaoi_imin(c->count[i], GTAO_SWEEP_NEAR);
@@ -3295,6 +4378,10 @@ GTAO_API gtao_result gtao_sweep_begin(const gtao_desc *desc, const gtao_output *
     for (i = 1; i <= (size_t)l.farthest; i++)
         s->inverse[i] = s->inverse[-(ptrdiff_t)i] = (float)(1.0 / (double)i);
     return GTAO_OK;
+}
+
+GTAO_API const gtao_context *gtao_sweep_context(const gtao_sweep *sweep) {
+    return sweep->c;
 }
 
 /* Phases: heights; gradients and the turned buffers; then, for every batch of slices, lines and rows. */
@@ -3432,17 +4519,15 @@ static void gtaoi_sweep_group(const gtao_sweep *s, int k, int group, int plane, 
     l.inverse = s->inverse;
     l.length = l.tiles * GTAOI_TILE + 2 * GTAOI_MARGIN;
     l.strip = (float *)work + GTAOI_MARGIN;
-    l.across = l.strip + GTAOI_TILE * l.length;
-    l.base = l.across + GTAOI_TILE * l.length;
-    l.vertex = (gtaoi_vertex *)(void *)((float *)work + 3 * GTAOI_TILE * l.length);
+    l.vertex = (gtaoi_vertex *)(void *)((float *)work + GTAOI_TILE * l.length);
     l.room = l.length + (s->o.beyond ? GTAO_BEYOND_CAPACITY : 0);
     l.options = &s->o;
     l.minor = (int *)(void *)(l.vertex + GTAOI_TILE * l.room);
     l.ahead = (float *)(void *)(l.minor + l.length);
     l.highest = l.ahead + GTAOI_TILE * l.length;
     l.highest_block = l.highest + l.length;
-    l.aside = l.highest_block + l.length;
-    l.above = (uint16_t *)(void *)(l.aside + l.length);
+    l.start = (int32_t *)(void *)(l.highest_block + l.length);
+    l.above = (uint16_t *)(void *)(l.start + l.length);
     memset(l.above, 0, GTAOI_TILE * (size_t)(l.tiles + 4) * sizeof(uint16_t));
     gtaoi_sweep_start(&l, 0);
     GTAOI_DISPATCH(c->d.isa, gtaoi_sweep_lines, (&l));
@@ -4012,15 +5097,188 @@ GTAOI_FN void GTAOI_NAME(gtaoi_backs)(const gtao_context *c, int k, int y0, int 
     }
 }
 
-GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
-    int k;
-    GTAOI_NAME(gtaoi_heights)(c, c->d.depth, c->d.depth_stride, c->w, y0, y1);
-    for (k = 0; c->arcs && k < c->layer_count; k++) {
-        if (k > 0)
-            GTAOI_NAME(gtaoi_heights)
-        (c, c->layer[k].depth, c->layer[k].depth_stride, c->w + 2 * k * c->plane, y0, y1);
-        GTAOI_NAME(gtaoi_backs)(c, k, y0, y1);
+/* Four heights as one. `same`: within so much of each other they are one surface, whose mean lies in the middle. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_four)(const gtao_context *c, const GV w[4], float same) {
+    GTAOI_NO_CONTRACT
+    const GV limit = GV_SET(GTAOI_SKY_LIMIT), zero = GV_SET(0.0f), one = GV_SET(1.0f), sky = GV_SET(GTAOI_SKY);
+    GV nearest = GV_MAX(GV_MAX(w[0], w[1]), GV_MAX(w[2], w[3])), farthest = GV_SET(FLT_MAX), per, sum = zero;
+    GV total = zero, mean = GV_MUL(GV_SET(0.25f), GV_ADD(GV_ADD(w[0], w[1]), GV_ADD(w[2], w[3])));
+    GM solid = GV_LT(limit, nearest), smooth;
+    int i;
+    for (i = 0; i < 4; i++)
+        farthest = GV_MIN(farthest, w[i]);
+    smooth = GV_LE(GV_SUB(nearest, farthest), GV_MUL(c->orthographic ? one : nearest, GV_SET(same)));
+    if (c->d.far_depth == GTAO_FAR_NEAREST)
+        return GV_SELECT(solid, GV_SELECT(smooth, mean, nearest), sky);
+    /* XeGTAO's weights: full at the farthest, none beyond 3/4 of the radius before it; 1/a - 1/b as (b - a) / a^2 */
+    for (farthest = GV_SET(FLT_MAX), i = 0; i < 4; i++)
+        farthest = GV_MIN(farthest, GV_SELECT(GV_LT(limit, w[i]), w[i], farthest));
+    per = GV_DIV(GV_SET(1.0f / (0.615f * 0.75f)), GV_SET(gtaoi_max(c->reach, 1e-18f)));
+    if (!c->orthographic)
+        per = GV_DIV(per, GV_MUL(farthest, farthest));
+    for (i = 0; i < 4; i++) {
+        GV above = GV_SUB(w[i], farthest);
+        GV weight = GV_MIN(GV_MAX(GV_SUB(GV_SET(1.0f / 0.615f), GV_MUL(above, per)), zero), one);
+        weight = GV_IF(GV_LT(limit, w[i]), weight);
+        total = GV_ADD(total, weight), sum = GV_ADD(sum, GV_IF(GV_LT(zero, weight), GV_MUL(weight, above)));
     }
+    return GV_SELECT(solid, GV_SELECT(smooth, mean, GV_ADD(farthest, GV_DIV(sum, total))), sky);
+}
+
+GTAOI_FN void GTAOI_NAME(gtaoi_height_row)(const gtao_context *c, int x, int y, int n, float *out);
+
+/* The blocks of 4x4 pixels that begin in rows [y0, y1), whose heights are there; those of the rows below may not be
+ * yet. What the border leaves of a block holds nothing. */
+GTAOI_FN void GTAOI_NAME(gtaoi_blocks)(const gtao_context *c, int y0, int y1) {
+    const int per_row = c->d.width / 4;
+    int y, b, i, k;
+    for (y = (y0 + 3) & ~3; y < y1; y += 4) {
+        float *to = c->far_w + y / 4 * c->far_pitch + GTAOI_PAD;
+        gtaoi_fill_sky(to - GTAOI_PAD, c->far_pitch);
+        for (b = 0; y + 3 < c->d.height && b < per_row; b += GTAOI_W) {
+            GV w[4][4], four[4], column; /* [row][column] */
+            for (k = 0; k < 4; k++) {
+                const float *row = c->w + (y + k) * c->pitch + GTAOI_PAD + b;
+                float own[4 * GTAOI_W];
+                if (y + k >= y1) {
+                    GTAOI_NAME(gtaoi_height_row)(c, 4 * b, y + k, 4 * GTAOI_W, own);
+                    GTAOI_NAME(gtaoi_load4)(own, 4, w[k]);
+                }
+                for (i = 0; i < 4 && y + k < y1; i++)
+                    w[k][i] = GV_LOAD(row + i * c->segment);
+            }
+            for (i = 0; i < 4; i++) {
+                const GV *above = &w[i & 2][2 * (i & 1)], *below = &w[(i & 2) + 1][2 * (i & 1)];
+                GV quad[4];
+                quad[0] = above[0], quad[1] = above[1], quad[2] = below[0], quad[3] = below[1];
+                four[i] = GTAOI_NAME(gtaoi_four)(c, quad, c->same_surface);
+            }
+            four[0] = GTAOI_NAME(gtaoi_four)(c, four, 2.0f * c->same_surface);
+            column = GV_ADD(GV_SET((float)b), GTAOI_NAME(gtaoi_iota)());
+            GV_STORE(to + b, GV_SELECT(GV_LT(column, GV_SET((float)per_row)), four[0], GV_SET(GTAOI_SKY)));
+        }
+    }
+}
+
+/* The bounds of one phase's pixels of cells above planes, w - w0 - (g.y) - (g.x); `mixed`: of those that are not sky. */
+GTAOI_FI void GTAOI_NAME(gtaoi_cell_bounds)(const float *at, ptrdiff_t pitch, int rows, const GV lines[GTAOI_CELL],
+                                            GV base, GV column, int mixed, GV *least, GV *most) {
+    GTAOI_NO_CONTRACT
+    const GV limit = GV_SET(GTAOI_SKY_LIMIT), none = GV_SET(-GTAOI_CELL_NONE);
+    GV low = none, high = GV_SET(GTAOI_CELL_NONE);
+    int r;
+    for (r = 0; r < rows; r++, at += pitch) {
+        GV w = GV_LOAD(at), d = GV_SUB(GV_SUB(w, base), lines[r]);
+        if (mixed) {
+            GM solid = GV_LT(limit, w);
+            high = GV_MAX(high, GV_SELECT(solid, d, GV_SET(GTAOI_CELL_NONE)));
+            d = GV_SELECT(solid, d, none);
+        } else {
+            high = GV_MAX(high, d);
+        }
+        low = GV_MIN(low, d);
+    }
+    *least = GV_MIN(*least, GV_SUB(low, column));
+    *most = GV_MAX(*most, GV_SUB(high, column));
+}
+
+/* A row of cells. Vectors run over pixels of one phase, whose lanes are joined at the end: the same sums whatever the
+ * width. Cells that are all there have the plane of least squares, others one through four of their pixels. */
+GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int cy) {
+    GTAOI_NO_CONTRACT
+    enum { WIDE = 4 * GTAOI_CELL };
+    const float half = 0.5f * (float)(GTAOI_CELL - 1);
+    int period4 = c->period == 4, lanes = period4 ? WIDE / 4 : WIDE, per = lanes / 4, phases = period4 ? 4 : 1;
+    int rows = gtaoi_imin(GTAOI_CELL, c->d.height - cy * GTAOI_CELL), x, i, k, p, r;
+    float across[WIDE], count = (float)rows, middle = 0.5f * (count - 1.0f);
+    for (k = 0; k < 4; k++)
+        for (i = 0; i < per; i++)
+            across[k * per + i] = (float)(i * phases) - half;
+    for (x = 0; x < c->d.width; x += WIDE) {
+        float w0[WIDE], lowest[WIDE], along_x[WIDE], along_y[WIDE], gx[WIDE], gy[WIDE], up[WIDE], down[WIDE];
+        const float *at = c->w + (ptrdiff_t)cy * GTAOI_CELL * c->pitch + GTAOI_PAD + x / c->period;
+        int cells = (gtaoi_imin(WIDE, c->d.width - x) + GTAOI_CELL - 1) / GTAOI_CELL, mixed = 0;
+        if (c->arcs && c->layer_count > 1) {
+            for (k = 0; k < cells; k++)
+                gtaoi_cell_rest(c, x / GTAOI_CELL + k, cy);
+            continue;
+        }
+        for (k = 0; k < 4; k++)
+            for (i = k * per; i < (k + 1) * per; i++)
+                w0[i] = k < cells ? at[k * per] : 0.0f;
+        for (i = 0; i < cells * per; i += GTAOI_W) {
+            GV base = GV_LOAD(w0 + i), least = GV_SET(FLT_MAX), zero = GV_SET(0.0f), sum_x = zero, sum_y = zero;
+            for (r = 0; r < rows; r++) {
+                GV row = zero;
+                for (p = 0; p < phases; p++) {
+                    GV w = GV_LOAD(at + r * c->pitch + p * c->segment + i), d = GV_SUB(w, base);
+                    least = GV_MIN(least, w);
+                    sum_x = GV_ADD(sum_x, GV_MUL(d, GV_ADD(GV_LOAD(across + i), GV_SET((float)p))));
+                    row = GV_ADD(row, d);
+                }
+                sum_y = GV_ADD(sum_y, GV_MUL(row, GV_SET((float)r - middle)));
+            }
+            GV_STORE(lowest + i, least), GV_STORE(along_x + i, sum_x), GV_STORE(along_y + i, sum_y);
+        }
+        for (k = 0; k < cells; k++) { /* least squares: sum e^2 = 340 in each row, n (n^2 - 1) / 12 in a column */
+            float a = 0.0f, b = 0.0f;
+            int solid = rows >= 2;
+            for (i = k * per; i < (k + 1) * per; i++)
+                solid &= lowest[i] > GTAOI_SKY_LIMIT, a += along_x[i], b += along_y[i];
+            for (i = k * per; solid && i < (k + 1) * per; i++)
+                gx[i] = a / (340.0f * count), gy[i] = b * 0.75f / (count * (count * count - 1.0f));
+            if (!solid)
+                gtaoi_cell_plane(c, at, rows, per, k, w0, gx, gy), mixed = 1;
+        }
+        for (i = cells * per; i < lanes; i++)
+            gx[i] = gy[i] = 0.0f;
+        for (i = 0; i < cells * per; i += GTAOI_W) {
+            GV base = GV_LOAD(w0 + i), g = GV_LOAD(gx + i), h = GV_LOAD(gy + i), lines[GTAOI_CELL];
+            GV least = GV_SET(-GTAOI_CELL_NONE), most = GV_SET(GTAOI_CELL_NONE);
+            for (r = 0; r < rows; r++)
+                lines[r] = GV_MUL(h, GV_SET((float)r - half));
+            for (p = 0; p < phases; p++) {
+                GV column = GV_MUL(g, GV_ADD(GV_LOAD(across + i), GV_SET((float)p)));
+                const float *phase = at + p * c->segment + i;
+                if (mixed)
+                    GTAOI_NAME(gtaoi_cell_bounds)(phase, c->pitch, rows, lines, base, column, 1, &least, &most);
+                else
+                    GTAOI_NAME(gtaoi_cell_bounds)(phase, c->pitch, rows, lines, base, column, 0, &least, &most);
+            }
+            GV_STORE(down + i, least), GV_STORE(up + i, most);
+        }
+        for (k = 0; k < cells; k++) {
+            ptrdiff_t to = cy * c->cell_pitch + x / GTAOI_CELL + k;
+            i = k * per;
+            for (r = i + 1; r < i + per; r++)
+                up[i] = gtaoi_max(up[i], up[r]), down[i] = gtaoi_min(down[i], down[r]);
+            if (up[i] > GTAOI_SKY_LIMIT)
+                gtaoi_keep_cell(c, to, w0[i], gx[i], gy[i], up[i], down[i]);
+            else
+                gtaoi_keep_cell(c, to, 0.0f, 0.0f, 0.0f, GTAOI_CELL_NONE, -GTAOI_CELL_NONE);
+        }
+    }
+}
+
+/* In strips of cells, while their rows are in the cache. */
+GTAOI_FN void GTAOI_NAME(gtaoi_prepare)(const gtao_context *c, int y0, int y1) {
+    int k, y, end;
+    for (y = y0; y < y1; y = end) {
+        end = gtaoi_imin((y / GTAOI_CELL + 1) * GTAOI_CELL, y1);
+        GTAOI_NAME(gtaoi_heights)(c, c->d.depth, c->d.depth_stride, c->w, y, end);
+        for (k = 0; c->arcs && k < c->layer_count; k++) {
+            if (k > 0)
+                GTAOI_NAME(gtaoi_heights)
+            (c, c->layer[k].depth, c->layer[k].depth_stride, c->w + 2 * k * c->plane, y, end);
+            GTAOI_NAME(gtaoi_backs)(c, k, y, end);
+        }
+        if (c->skips && y % GTAOI_CELL == 0 && (end % GTAOI_CELL == 0 || end == c->d.height))
+            GTAOI_NAME(gtaoi_cells)(c, y / GTAOI_CELL);
+    }
+    if (c->d.far_depth)
+        GTAOI_NAME(gtaoi_blocks)(c, y0, y1);
+    for (y = y0; c->skips && y < y1; y++)
+        c->prepared[y] = (uint32_t)y0 << 16 | (uint32_t)y1;
 }
 
 /* ---- one group of pixels ---------------------------------------------------------------------------------------- */
@@ -4052,7 +5310,7 @@ typedef struct GTAOI_FRAME {
     GV kappa_tangent; /* cot of the tangent plane's horizon on the + side: -tan n; the - side's is its negative */
     GV reach;         /* radius / |b_perp|: t^2 (1 + cot^2 h) <= (reach w)^2 lies within the radius */
     GV cos_tangent;   /* cosine of the tangent plane's horizon on the + side: -sin n; the - side's is its negative */
-    GV floor;         /* rises below are rounding, GTAOI_RISE_MIN of cot h */
+    GV floor;         /* rises below do not count, rise_min in cot h */
     GV n, open;       /* angle n, and the integral over the open slice: |np| (cos n + n sin n), uniform: 2 */
 } GTAOI_FRAME;
 
@@ -4166,18 +5424,19 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_visit)(const gtao_context *c, const GTAOI_PIXEL *p,
     return GTAOI_NAME(gtaoi_rise)(c, f, s, side, w, inv, rise, least, sample, orthographic, bounded, ring, 0);
 }
 
-/* The horizon search: samples [0, n0) on the + side, [0, n1) on the - side. `at` is the group's first pixel. Samples in
- * the falloff ring are only noted, and looked at when the full-weight ones of their chunk are in: fewer of them are above
- * these, and nothing has to be guessed on the way. */
+/* The horizon search: samples [0, n0) on the + side, [0, n1) on the - side, of which the first is number `begin` of its
+ * list. `at` is the group's first pixel. Samples in the falloff ring are only noted, and looked at when the full-weight
+ * ones of their chunk are in: fewer of them are above these, and nothing has to be guessed on the way. */
 GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
-                                      GTAOI_HORIZONS *horizons, const float *at, const gtaoi_sample *q, int n0, int n1,
-                                      int orthographic, int bounded, int ring) {
+                                      GTAOI_HORIZONS *horizons, const float *at, const gtaoi_sample *q, int begin,
+                                      int n0, int n1, int orthographic, int bounded, int ring) {
     GTAOI_NO_CONTRACT
     enum { CHUNK = 32 };
+    int chunk = CHUNK - begin % CHUNK; /* chunks end at the same samples wherever the search begins: the same bits */
     GTAOI_HORIZONS s = *horizons;
     GTAOI_SAMPLE a, b;
-    for (; n0 > 0 || n1 > 0; n0 -= CHUNK, n1 -= CHUNK, q += CHUNK) {
-        int both = gtaoi_imin(gtaoi_imin(n0, n1), CHUNK), rest = gtaoi_imin(gtaoi_imax(n0, n1), CHUNK), j;
+    for (; n0 > 0 || n1 > 0; n0 -= chunk, n1 -= chunk, q += chunk, chunk = CHUNK) {
+        int both = gtaoi_imin(gtaoi_imin(n0, n1), chunk), rest = gtaoi_imin(gtaoi_imax(n0, n1), chunk), j;
         unsigned fading = 0;
         for (j = 0; j < both; j++) {
             GM fade_a = GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 0, at, q + j, &a, orthographic, bounded, ring);
@@ -4213,11 +5472,12 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const GTAOI_PIXEL *
 /* The same for every pixel of the slices, two taps across each. `near_taps` are those of the first n_near samples. */
 GTAOI_FI void GTAOI_NAME(gtaoi_march_every)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                             GTAOI_HORIZONS *horizons, const float *at, const gtaoi_sample *q, int n0,
-                                            int n1, const gtaoi_taps *near_taps, int n_near) {
+                                            int n1, const gtaoi_taps *near_taps, int n_near, int orthographic,
+                                            int bounded) {
     GTAOI_NO_CONTRACT
     GTAOI_HORIZONS s = *horizons;
     GTAOI_SAMPLE a, b;
-    int j, both = gtaoi_imin(n0, n1), rest = gtaoi_imax(n0, n1), side = n1 > n0, orthographic = c->orthographic;
+    int j, both = gtaoi_imin(n0, n1), rest = gtaoi_imax(n0, n1), side = n1 > n0;
     GV tangent = GV_ADD(GV_MUL(p->gx, f->dx), GV_MUL(p->gy, f->dy)), w, rise, least;
     GV across = GV_SELECT(GV_LE(GV_ABS(f->dy), GV_ABS(f->dx)), p->gy, p->gx);
     for (j = 0; j < both; j++, q++) {
@@ -4225,9 +5485,9 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march_every)(const gtao_context *c, const GTAOI_P
         const gtaoi_taps *t = j < n_near ? near_taps + j : 0;
         GM fade_a, fade_b;
         rise = GTAOI_NAME(gtaoi_take)(c, p, 0, at, q, t, inv, base, tangent, across, &w, &least, orthographic, 1);
-        fade_a = GTAOI_NAME(gtaoi_rise)(c, f, &s, 0, w, inv, rise, least, &a, orthographic, c->bounded, 1, 1);
+        fade_a = GTAOI_NAME(gtaoi_rise)(c, f, &s, 0, w, inv, rise, least, &a, orthographic, bounded, 1, 1);
         rise = GTAOI_NAME(gtaoi_take)(c, p, 1, at, q, t, inv, base, tangent, across, &w, &least, orthographic, 1);
-        fade_b = GTAOI_NAME(gtaoi_rise)(c, f, &s, 1, w, inv, rise, least, &b, orthographic, c->bounded, 1, 1);
+        fade_b = GTAOI_NAME(gtaoi_rise)(c, f, &s, 1, w, inv, rise, least, &b, orthographic, bounded, 1, 1);
         if (GM_ANY(GM_OR(fade_a, fade_b))) {
             GTAOI_NAME(gtaoi_fade)(c, f, &s, 0, &a, fade_a);
             GTAOI_NAME(gtaoi_fade)(c, f, &s, 1, &b, fade_b);
@@ -4238,7 +5498,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march_every)(const gtao_context *c, const GTAOI_P
         const gtaoi_taps *t = j < n_near ? near_taps + j : 0;
         GM fading;
         rise = GTAOI_NAME(gtaoi_take)(c, p, side, at, q, t, inv, base, tangent, across, &w, &least, orthographic, 1);
-        fading = GTAOI_NAME(gtaoi_rise)(c, f, &s, side, w, inv, rise, least, &a, orthographic, c->bounded, 1, 1);
+        fading = GTAOI_NAME(gtaoi_rise)(c, f, &s, side, w, inv, rise, least, &a, orthographic, bounded, 1, 1);
         if (GM_ANY(fading))
             GTAOI_NAME(gtaoi_fade)(c, f, &s, side, &a, fading);
     }
@@ -4315,60 +5575,85 @@ GTAOI_FN void GTAOI_NAME(gtaoi_march_cosines)(const gtao_context *c, const GTAOI
 
 /* The variant of the search for this call. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
-                                       GTAOI_HORIZONS *s, const float *at, const gtaoi_sample *q, int n0, int n1,
-                                       const gtaoi_taps *near_taps, int n_near) {
+                                       GTAOI_HORIZONS *s, const float *at, const gtaoi_sample *q, int begin, int n0,
+                                       int n1, const gtaoi_taps *near_taps) {
     if (c->cosines)
         GTAOI_NAME(gtaoi_march_cosines)(c, p, f, s, at, q, n0, n1);
-    else if (c->every_pixel)
-        GTAOI_NAME(gtaoi_march_every)(c, p, f, s, at, q, n0, n1, near_taps, n_near);
-    else
-        GTAOI_NAME(gtaoi_march)(c, p, f, s, at, q, n0, n1, c->orthographic, c->bounded, 1);
+    else if (c->every_pixel && c->orthographic && !c->bounded) /* of a sweep */
+        GTAOI_NAME(gtaoi_march_every)
+    (c, p, f, s, at, q, n0, n1, near_taps + begin, GTAOI_NEAR - begin, 1, 0);
+    else if (c->every_pixel) GTAOI_NAME(gtaoi_march_every)(c, p, f, s, at, q, n0, n1, near_taps + begin,
+                                                           GTAOI_NEAR - begin, c->orthographic, c->bounded);
+    else GTAOI_NAME(gtaoi_march)(c, p, f, s, at, q, begin, n0, n1, c->orthographic, c->bounded, 1);
+}
+
+/* Far samples [begin, n0) on the + side, [begin, n1) on the - side; `at` is the group's block. */
+GTAOI_FN void GTAOI_NAME(gtaoi_march_far)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                          GTAOI_HORIZONS *s, const float *at, const gtaoi_far *q, int begin, int n0,
+                                          int n1) {
+    GTAOI_NO_CONTRACT
+    int side, j;
+    for (side = 0; side < 2; side++)
+        for (j = begin; j < (side ? n1 : n0); j++) {
+            GV w = GV_LOAD(at + q[j].offset[side]), inv = GV_SET(q[j].inv_length[side]), rise;
+            GTAOI_SAMPLE sample;
+            GM fading;
+            rise = GV_ADD(GV_MUL(p->gx, GV_SET(q[j].ux[side])), GV_MUL(p->gy, GV_SET(q[j].uy[side])));
+            rise = GV_SUB(GV_MUL(w, inv), GV_ADD(GV_MUL(p->w0, inv), rise));
+            fading =
+                GTAOI_NAME(gtaoi_rise)(c, f, s, side, w, inv, rise, rise, &sample, c->orthographic, c->bounded, 1, 0);
+            if (c->bounded && GM_ANY(fading))
+                GTAOI_NAME(gtaoi_fade)(c, f, s, side, &sample, fading);
+        }
 }
 
 /* One list of samples: the part of it, from `begin`, that is over the image. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_list)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                             GTAOI_HORIZONS *s, const float *at, int index, const gtaoi_sample *q,
-                                            int begin, int n, int x, int y) {
+                                            int begin, int n0, int n1, int x, int y) {
     const gtaoi_taps *near_taps = c->taps + index * GTAOI_NEAR;
-    int n0 = n, n1 = n, x1 = x + (GTAOI_W - 1) * c->period;
+    int x1 = x + (GTAOI_W - 1) * c->period, want0 = n0, want1 = n1, n = gtaoi_imax(n0, n1);
+    if (n <= begin)
+        return;
     if (!gtaoi_interior(c, q + n - 1, x, x1, y))
-        n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
+        n0 = gtaoi_reach(c, q, n0, 1, x, x1, y), n1 = gtaoi_reach(c, q, n1, -1, x, x1, y);
+    if (c->d.far_depth) { /* the border is open */
+        ptrdiff_t list = q - c->sample;
+        int m = c->far_begin[list / c->max_steps];
+        if (n0 > m || n1 > m)
+            GTAOI_NAME(gtaoi_march_far)
+        (c, p, f, s, c->far_w + (y >> 2) * c->far_pitch + GTAOI_PAD + (x >> 2), c->far_sample + list, m, n0, n1);
+        n = m, n0 = gtaoi_imin(n0, m), n1 = gtaoi_imin(n1, m);
+    }
     /* What lies outside an open border may be left out, but for the thickness heuristic, where sky too lowers horizons.
      * */
-    if ((c->d.border == GTAO_BORDER_OPEN && c->d.thin_blend == 0.0f) || (n0 == n && n1 == n)) {
+    if ((c->d.border == GTAO_BORDER_OPEN && c->d.thin_blend == 0.0f) || (n0 == want0 && n1 == want1)) {
         GTAOI_NAME(gtaoi_search)
-        (c, p, f, s, at, q + begin, gtaoi_imax(n0 - begin, 0), gtaoi_imax(n1 - begin, 0), near_taps + begin,
-         GTAOI_NEAR - begin);
+        (c, p, f, s, at, q + begin, begin, gtaoi_imax(n0 - begin, 0), gtaoi_imax(n1 - begin, 0), near_taps);
     } else {
         gtaoi_sample moved[GTAOI_CHUNK];
         int m, second_along_x = c->slice[index].x_major == 0;
         for (; begin < n; begin += m) {
-            m = gtaoi_imin(n - begin, GTAOI_CHUNK);
+            m = gtaoi_imin(n - begin, GTAOI_CHUNK - begin % GTAOI_CHUNK);
             gtaoi_remap(c, q + begin, m, x, y, second_along_x, moved);
-            GTAOI_NAME(gtaoi_search)(c, p, f, s, at, moved, m, m, near_taps + begin, GTAOI_NEAR - begin);
+            GTAOI_NAME(gtaoi_search)
+            (c, p, f, s, at, moved, begin, gtaoi_imax(gtaoi_imin(m, want0 - begin), 0),
+             gtaoi_imax(gtaoi_imin(m, want1 - begin), 0), near_taps);
         }
     }
-}
-
-/* Lane of the first set bit. */
-GTAOI_FI int GTAOI_NAME(gtaoi_first)(unsigned bits) {
-    int lane = 0;
-    while (!(bits >> lane & 1))
-        lane++;
-    return lane;
 }
 
 /* Search one slice of a group whose lanes share directions: lanes by radius class. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                              GTAOI_HORIZONS *s, const float *at, int index, GM active, int x, int y,
-                                             gtao_stats *stats) {
+                                             const gtaoi_tile *seen, gtao_stats *stats) {
     const int *count = c->count + (size_t)index * (size_t)c->classes;
-    int begin = 0, i, n, whole = 1;
+    int begin = 0, i, n, whole = 1, range[3];
     float keys[GTAOI_W];
     GV_STORE(keys, p->key);
     for (; GM_ANY(active); whole = 0) {
         unsigned bits = GM_BITS(active);
-        int first = GTAOI_NAME(gtaoi_first)(bits), k = gtaoi_class(c, keys[first]);
+        int first = gtaoi_lowest(bits), k = gtaoi_class(c, keys[first]);
         GTAOI_HORIZONS found;
         GM lanes = GM_AND(active, GV_EQ(p->key, GV_SET(keys[first]))), chosen = lanes;
         const gtaoi_sample *q;
@@ -4376,7 +5661,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const GTAOI_
         if (c->every_pixel) {
             /* One list for all, so all go on together up to the nearest end. */
             q = c->sample + (size_t)index * (size_t)c->max_steps;
-            for (i = first + 1; i < GTAOI_W; i++) {
+            for (i = GM_BITS(lanes) == bits ? GTAOI_W : first + 1; i < GTAOI_W; i++) {
                 if (!(bits >> i & 1) || count[gtaoi_class(c, keys[i])] >= n)
                     continue;
                 n = count[gtaoi_class(c, keys[i])];
@@ -4386,13 +5671,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_table)(const gtao_context *c, const GTAOI_
         } else {
             q = c->sample + ((size_t)index * (size_t)c->classes + (size_t)k) * (size_t)c->max_steps;
         }
-        stats->samples += (uint64_t)(2 * (n - begin) * gtaoi_popcount(c->every_pixel ? bits : GM_BITS(lanes)));
+        gtaoi_range(c, seen, index, q, n, range);
+        range[0] = gtaoi_imax(range[0], begin);
+        gtaoi_count_samples(range, begin, n, gtaoi_popcount(c->every_pixel ? bits : GM_BITS(lanes)), stats);
         if (whole && GM_BITS(lanes) == bits) { /* nearly always: all of one class */
-            GTAOI_NAME(gtaoi_search_list)(c, p, f, s, at, index, q, 0, n, x, y);
+            GTAOI_NAME(gtaoi_search_list)(c, p, f, s, at, index, q, range[0], range[1], range[2], x, y);
             return;
         }
         found = *s;
-        GTAOI_NAME(gtaoi_search_list)(c, p, f, &found, at, index, q, begin, n, x, y);
+        GTAOI_NAME(gtaoi_search_list)(c, p, f, &found, at, index, q, range[0], range[1], range[2], x, y);
         for (i = 0; i < 2; i++) {
             s->rise[i] = GV_SELECT(chosen, found.rise[i], s->rise[i]);
             s->cosine[i] = GV_SELECT(chosen, found.cosine[i], s->cosine[i]);
@@ -4434,15 +5721,21 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_own_rise)(const GTAOI_PIXEL *p, GV x, GV y, GV w) {
     return GV_DIV(rise, GV_SQRT(GV_ADD(GV_MUL(qx, qx), GV_MUL(qy, qy))));
 }
 
+/* Lanes whose sample at distance t may rise, whatever its direction; it may be a pixel off. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_may_matter)(const gtaoi_tile *seen, GV t) {
+    return GM_AND(GV_LE(GV_SET(0.99999f * seen->lo_all - 1.0f), t), GV_LE(t, GV_SET(1.00001f * seen->hi_all + 1.0f)));
+}
+
 /* Search one slice of a group with a direction and an offset for each pixel. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
-                                             GTAOI_HORIZONS *s, GM active, gtao_stats *stats) {
+                                             GTAOI_HORIZONS *s, GM active, const gtaoi_tile *seen, gtao_stats *stats) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
     GV ax = GV_ABS(f->dx), ay = GV_ABS(f->dy), unit = GV_MAX(ax, ay), radius, steps;
     GM along_x = GV_LE(ay, ax);
     float level[GTAOI_W], position[GTAOI_W];
     int i, j, side, n = c->max_steps, taps = c->every_pixel;
+    uint64_t left_out = 0;
     radius = GV_DIV(p->extent, GV_SQRT(f->bb));
     radius = GV_MIN(GV_MAX(radius, one), GV_SET(c->max_radius));
     steps = GV_MAX(GTAOI_NAME(gtaoi_floor)(GV_MUL(radius, unit)), one);
@@ -4457,9 +5750,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_
     } else {
         stats->samples += (uint64_t)(2 * n * gtaoi_popcount(GM_BITS(active)));
     }
+    if (seen && !(seen->lo_all <= seen->hi_all)) {
+        for (i = 0; i < GTAOI_W; i++)
+            if (GM_BITS(active) >> i & 1)
+                left_out += (uint64_t)(2 * (taps ? (int)position[i] : n));
+        n = 0;
+    }
     for (j = 0; j < n; j++) {
         GV qx, qy, inv, fraction = zero;
-        GM within = GV_LE(zero, zero);
+        GM within = GV_LE(zero, zero), rising;
         if (taps) {
             GV t = GV_DIV(GV_SET((float)(j + 1)), unit), px = GV_MUL(t, f->dx), py = GV_MUL(t, f->dy);
             within = GV_LE(GV_SET((float)(j + 1)), steps);
@@ -4467,6 +5766,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_
             qy = GV_SELECT(along_x, GTAOI_NAME(gtaoi_floor)(py), GTAOI_NAME(gtaoi_nearest)(py));
             fraction = GV_SELECT(along_x, GV_SUB(py, qy), GV_SUB(px, qx));
             inv = GV_DIV(one, t);
+            rising = seen ? GTAOI_NAME(gtaoi_may_matter)(seen, t) : within;
         } else {
             GV t;
             for (i = 0; i < GTAOI_W; i++)
@@ -4475,6 +5775,11 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_
             qx = GTAOI_NAME(gtaoi_nearest)(GV_MUL(t, f->dx));
             qy = GTAOI_NAME(gtaoi_nearest)(GV_MUL(t, f->dy));
             inv = GV_DIV(one, GV_SQRT(GV_ADD(GV_MUL(qx, qx), GV_MUL(qy, qy))));
+            rising = seen ? GTAOI_NAME(gtaoi_may_matter)(seen, t) : within;
+        }
+        if (!GM_ANY(rising)) {
+            left_out += (uint64_t)(2 * gtaoi_popcount(GM_BITS(GM_AND(active, within))));
+            continue;
         }
         for (side = 0; side < 2; side++) {
             GV x = side ? GV_SUB(p->x, qx) : GV_ADD(p->x, qx), y = side ? GV_SUB(p->y, qy) : GV_ADD(p->y, qy);
@@ -4513,6 +5818,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_
             }
         }
     }
+    stats->samples -= left_out, stats->samples_skipped += left_out;
 }
 
 /* ---- arcs: occluders with thickness ----------------------------------------------------------------------------- */
@@ -4791,12 +6097,15 @@ GTAOI_FI void GTAOI_NAME(gtaoi_begin_walk)(const GTAOI_PIXEL *p, int layer, GTAO
 /* One list of samples, all layers and both sides. */
 GTAOI_FN void GTAOI_NAME(gtaoi_search_layers)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                               GTAOI_HORIZONS *s, GTAOI_ARCS *a, const float *at, int index,
-                                              const gtaoi_sample *q, int n, GV count, int x, int y) {
+                                              const gtaoi_sample *q, const int range[3], GV count, int x, int y) {
     const gtaoi_taps *near_taps = c->taps + index * GTAOI_NEAR;
-    int x1 = x + (GTAOI_W - 1) * c->period, n0 = n, n1 = n, layer, begin, m;
-    int moves = !gtaoi_interior(c, q + n - 1, x, x1, y);
+    int x1 = x + (GTAOI_W - 1) * c->period, n0 = range[1], n1 = range[2], n = gtaoi_imax(n0, n1), layer, begin, m;
+    int start = gtaoi_imax(range[0] - 1, 0), moves; /* from the one before: surfaces may go on from it */
+    if (n <= range[0])
+        return;
+    moves = !gtaoi_interior(c, q + n - 1, x, x1, y);
     if (moves && c->d.border == GTAO_BORDER_OPEN) {
-        n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
+        n0 = gtaoi_reach(c, q, n0, 1, x, x1, y), n1 = gtaoi_reach(c, q, n1, -1, x, x1, y);
         moves = 0;
     }
     for (layer = 0; layer < c->layer_count; layer++) {
@@ -4805,13 +6114,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_layers)(const gtao_context *c, const GTAOI
         GTAOI_WALK walk;
         GTAOI_NAME(gtaoi_begin_walk)(p, layer, &walk);
         if (!moves)
-            GTAOI_NAME(gtaoi_search_columns)(c, p, f, s, a, &walk, from, q, near_taps, 0, n0, n1, count, clip);
-        for (begin = 0; moves && begin < n; begin += m) {
+            GTAOI_NAME(gtaoi_search_columns)
+        (c, p, f, s, a, &walk, from, q + start, near_taps, start, n0, n1, count, clip);
+        for (begin = start; moves && begin < n; begin += m) {
             gtaoi_sample moved[GTAOI_CHUNK];
             m = gtaoi_imin(n - begin, GTAOI_CHUNK);
             gtaoi_remap(c, q + begin, m, x, y, c->slice[index].x_major == 0, moved);
             GTAOI_NAME(gtaoi_search_columns)
-            (c, p, f, s, a, &walk, from, moved, near_taps, begin, begin + m, begin + m, count, clip);
+            (c, p, f, s, a, &walk, from, moved, near_taps, begin, gtaoi_imin(begin + m, n0), gtaoi_imin(begin + m, n1),
+             count, clip);
         }
     }
 }
@@ -4842,36 +6153,40 @@ GTAOI_FN void GTAOI_NAME(gtaoi_absorb)(GTAOI_HORIZONS *s, GTAOI_ARCS *a) {
 /* One slice of a group whose lanes share directions: lanes by radius class. */
 GTAOI_FN void GTAOI_NAME(gtaoi_arcs_table)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                            GTAOI_HORIZONS *s, GTAOI_ARCS *a, const float *at, int index, GM active,
-                                           int x, int y, gtao_stats *stats) {
+                                           int x, int y, const gtaoi_tile *seen, gtao_stats *stats) {
     const int *count = c->count + (size_t)index * (size_t)c->classes;
     const gtaoi_sample *q = c->sample + (size_t)index * (size_t)c->max_steps;
     float keys[GTAOI_W], counts[GTAOI_W];
-    int i, n, layers = c->layer_count;
+    int i, n, layers = c->layer_count, range[3];
     GV_STORE(keys, p->key);
     if (c->every_pixel) { /* one list, of which each lane has its part */
         for (n = 0, i = 0; i < GTAOI_W; i++) {
             int own = GM_BITS(active) >> i & 1 ? count[gtaoi_class(c, keys[i])] : 0;
             counts[i] = (float)own, n = gtaoi_imax(n, own);
-            stats->samples += (uint64_t)(2 * own * layers);
         }
+        gtaoi_range(c, seen, index, q, n, range);
+        for (i = 0; i < GTAOI_W; i++)
+            gtaoi_count_samples(range, 0, (int)counts[i], layers, stats);
         if (n > 0)
-            GTAOI_NAME(gtaoi_search_layers)(c, p, f, s, a, at, index, q, n, GV_LOAD(counts), x, y);
+            GTAOI_NAME(gtaoi_search_layers)(c, p, f, s, a, at, index, q, range, GV_LOAD(counts), x, y);
         active = GV_LT(GV_SET(1.0f), GV_SET(0.0f));
     }
     while (GM_ANY(active)) {
-        int first = GTAOI_NAME(gtaoi_first)(GM_BITS(active)), k = gtaoi_class(c, keys[first]);
+        int first = gtaoi_lowest(GM_BITS(active)), k = gtaoi_class(c, keys[first]);
         GM lanes = GM_AND(active, GV_EQ(p->key, GV_SET(keys[first])));
         n = count[k];
         q = c->sample + ((size_t)index * (size_t)c->classes + (size_t)k) * (size_t)c->max_steps;
-        stats->samples += (uint64_t)(2 * n * layers * gtaoi_popcount(GM_BITS(lanes)));
-        GTAOI_NAME(gtaoi_search_layers)(c, p, f, s, a, at, index, q, n, GV_IF(lanes, GV_SET((float)n)), x, y);
+        gtaoi_range(c, seen, index, q, n, range);
+        gtaoi_count_samples(range, 0, n, layers * gtaoi_popcount(GM_BITS(lanes)), stats);
+        GTAOI_NAME(gtaoi_search_layers)(c, p, f, s, a, at, index, q, range, GV_IF(lanes, GV_SET((float)n)), x, y);
         active = GM_ANDNOT(active, lanes);
     }
 }
 
 /* One slice of a group with a direction and an offset for each pixel. */
 GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
-                                           GTAOI_HORIZONS *s, GTAOI_ARCS *a, GM active, gtao_stats *stats) {
+                                           GTAOI_HORIZONS *s, GTAOI_ARCS *a, GM active, const gtaoi_tile *seen,
+                                           gtao_stats *stats) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(1e6f);
     GV unit = GV_MAX(GV_ABS(f->dx), GV_ABS(f->dy)), radius, steps = GV_SET((float)c->max_steps);
@@ -4884,6 +6199,11 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PI
         steps = GV_MAX(GTAOI_NAME(gtaoi_floor)(GV_MUL(radius, unit)), one);
     steps = GV_IF(active, GV_MIN(steps, limit));
     GV_STORE(position, steps);
+    if (seen && seen->open) {
+        for (i = 0; i < GTAOI_W; i++)
+            stats->samples_skipped += (uint64_t)(2 * (int)position[i] * c->layer_count);
+        return;
+    }
     for (n = 0, i = 0; i < GTAOI_W; i++) {
         n = gtaoi_imax(n, (int)position[i]);
         stats->samples += (uint64_t)(2 * (int)position[i] * c->layer_count);
@@ -4948,12 +6268,12 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PI
 
 GTAOI_FN void GTAOI_NAME(gtaoi_search_arcs)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                             GTAOI_HORIZONS *s, GTAOI_ARCS *a, const float *at, int index, int k,
-                                            GM active, int x, int y, gtao_stats *stats) {
+                                            GM active, int x, int y, const gtaoi_tile *seen, gtao_stats *stats) {
     GTAOI_NAME(gtaoi_begin_slice_arcs)(c, p, f, k, a);
     if (c->per_pixel_noise)
-        GTAOI_NAME(gtaoi_arcs_noise)(c, p, f, s, a, active, stats);
+        GTAOI_NAME(gtaoi_arcs_noise)(c, p, f, s, a, active, seen, stats);
     else
-        GTAOI_NAME(gtaoi_arcs_table)(c, p, f, s, a, at, index, active, x, y, stats);
+        GTAOI_NAME(gtaoi_arcs_table)(c, p, f, s, a, at, index, active, x, y, seen, stats);
     GTAOI_NAME(gtaoi_absorb)(s, a);
 }
 
@@ -4996,8 +6316,8 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_kappa)(const gtao_context *c, const GTAOI_FRAME *f,
     const GV zero = GV_SET(0.0f);
     GV tangent = side ? GV_SUB(zero, f->kappa_tangent) : f->kappa_tangent;
     GV start = side ? GV_SUB(zero, f->cos_tangent) : f->cos_tangent, cosine = s->cosine[side];
-    GV kappa = GV_ADD(GV_MUL(s->rise[side], f->kappa_scale), tangent);
     GM above = GV_LT(f->floor, s->rise[side]);
+    GV kappa = GV_ADD(GV_MUL(GV_IF(above, s->rise[side]), f->kappa_scale), tangent);
     if (c->cosines || c->inv_falloff > 0.0f) {
         GM faded = GV_LT(start, cosine);
         if (GM_ANY(faded)) {
@@ -5221,7 +6541,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_store_sh)(const gtao_context *c, const GTAOI_PIXE
                                          int count) {
     float image[4 * GTAOI_W];
     GV sh[4][9], plane[4];
-    int i, g;
+    int i, g, from = gtaoi_imax(c->x_begin - x, 0), to = gtaoi_imin(count, c->x_end - x);
     for (g = 0; g < groups; g++)
         GTAOI_NAME(gtaoi_finish_sh)(c, p + g, sum + g, m + g, active[g], sh[g]);
     for (i = 0; i < gtaoi_sh_count(&c->o); i++) {
@@ -5233,7 +6553,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_store_sh)(const gtao_context *c, const GTAOI_PIXE
         }
         if (c->period == 4)
             GTAOI_NAME(gtaoi_store4)(image, 4, plane);
-        memcpy(row + (ptrdiff_t)x * 4, image, (size_t)count * 4);
+        if (from < to)
+            memcpy(row + (ptrdiff_t)(x + from) * 4, image + from, (size_t)(to - from) * 4);
     }
 }
 
@@ -5548,16 +6869,24 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slice)(const gtao_context *c, const GTAOI_PIXEL *
         f->dx = GV_SET(slice->dx), f->dy = GV_SET(slice->dy);
         f->bx = GV_SET(slice->bx), f->by = GV_SET(slice->by), f->bb = GV_SET(slice->bb);
     }
-    f->along = GV_MUL(GV_ADD(GV_MUL(f->bx, p->rx), GV_MUL(f->by, p->ry)), p->inv_len);
-    perp2 = GV_MAX(GV_SUB(f->bb, GV_MUL(f->along, f->along)), GV_MUL(f->bb, GV_SET(1e-6f)));
-    perp = GV_SQRT(perp2);
-    f->inv_perp = GV_DIV(one, perp);
-    f->no = GV_MUL(GV_ADD(GV_ADD(GV_MUL(p->nx, f->bx), GV_MUL(p->ny, f->by)), GV_MUL(f->along, p->nv)), f->inv_perp);
+    if (c->orthographic && !c->per_pixel_noise) { /* b_perp = b; the same bits */
+        float length = sqrtf(slice->bb);
+        f->along = zero;
+        perp = GV_SET(length), f->inv_perp = GV_SET(1.0f / length);
+        f->no = GV_MUL(GV_ADD(GV_MUL(p->nx, f->bx), GV_MUL(p->ny, f->by)), f->inv_perp);
+    } else {
+        f->along = GV_MUL(GV_ADD(GV_MUL(f->bx, p->rx), GV_MUL(f->by, p->ry)), p->inv_len);
+        perp2 = GV_MAX(GV_SUB(f->bb, GV_MUL(f->along, f->along)), GV_MUL(f->bb, GV_SET(1e-6f)));
+        perp = GV_SQRT(perp2);
+        f->inv_perp = GV_DIV(one, perp);
+        f->no =
+            GV_MUL(GV_ADD(GV_ADD(GV_MUL(p->nx, f->bx), GV_MUL(p->ny, f->by)), GV_MUL(f->along, p->nv)), f->inv_perp);
+    }
     tangent = GV_MUL(f->no, p->inv_nv);
     f->kappa_tangent = GV_SUB(zero, tangent);
     f->kappa_scale = GV_MUL(GV_MUL(p->len, p->inv_w0), f->inv_perp);
     f->reach = GV_MUL(GV_SET(c->reach), f->inv_perp);
-    f->floor = GV_MUL(GV_MUL(perp, GV_SET(GTAOI_RISE_MIN)), c->orthographic ? one : GV_MUL(p->w0, p->inv_len));
+    f->floor = GV_MUL(GV_MUL(perp, GV_SET(c->rise_min)), c->orthographic ? one : GV_MUL(p->w0, p->inv_len));
     f->cos_tangent = s->cosine[0] = s->cosine[1] = zero;
     np = GV_SQRT(GV_ADD(GV_MUL(p->nv, p->nv), GV_MUL(f->no, f->no)));
     if (c->cosines || c->inv_falloff > 0.0f) {
@@ -5628,14 +6957,15 @@ GTAOI_FI void GTAOI_NAME(gtaoi_turn16)(const float *in, float *out, ptrdiff_t pi
         }
 }
 
-/* Heights of 16 lines at 16 positions, their gradients across the lines, and the receivers. A height on a line is linear
+/* Heights of 16 lines at 16 positions. A height on a line is linear
  * between two pixels of one surface (the step is small, or goes on from either side); else the nearer one's surface goes
  * on. */
 GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
     GTAOI_NO_CONTRACT
-    enum { HEIGHTS, ACROSS, BASES, AHEAD };
-    float block[4][GTAOI_TILE * GTAOI_TILE];
+    enum { HEIGHTS, AHEAD };
+    float block[2][GTAOI_TILE * GTAOI_TILE];
     const gtao_context *c = l->c;
+    const int soon = 32, soon_minor = (int)(l->slope * 32.0);
     int u, k, wrap = c->d.border == GTAO_BORDER_WRAP;
     for (u = 0; u < GTAOI_TILE; u++) {
         int position = tile * GTAOI_TILE + u, i = l->first + position, whole, up, at;
@@ -5644,16 +6974,14 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
         const float *p;
         if (position >= l->count) {
             gtaoi_fill_sky(block[HEIGHTS] + u * GTAOI_TILE, GTAOI_TILE);
-            gtaoi_fill_sky(block[BASES] + u * GTAOI_TILE, GTAOI_TILE);
-            memset(block[ACROSS] + u * GTAOI_TILE, 0, GTAOI_TILE * sizeof(float));
             memset(block[AHEAD] + u * GTAOI_TILE, 0, GTAOI_TILE * sizeof(float));
-            l->aside[position] = 0.0f, l->minor[position] = 0;
+            l->minor[position] = 0;
             continue;
         }
         whole = (int)place - ((double)(int)place > place);
         fraction = place - (double)whole;
         up = fraction >= 0.5;
-        l->aside[position] = aside = (float)(fraction - (double)up);
+        aside = (float)(fraction - (double)up);
         at = l->line + whole;
         if (wrap)
             at = gtaoi_wrap(at, l->n_minor), i = gtaoi_wrap(i, l->n_major);
@@ -5661,6 +6989,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
         if (!wrap)
             at = gtaoi_imin(gtaoi_imax(at, -18), l->n_minor + 1), i = gtaoi_imin(gtaoi_imax(i, 0), l->n_major - 1);
         p = l->plane + (ptrdiff_t)i * l->pitch + at;
+        if (i + soon < l->n_major && at >= 0) /* each position is another page */
+            GTAOI_PREFETCH(p + soon * l->pitch + soon_minor, 24);
         for (k = 0; k < GTAOI_TILE; k += GTAOI_W) {
             GV a = GV_LOAD(p + k), b = GV_LOAD(p + k + 1), before = GV_LOAD(p + k - 1), after = GV_LOAD(p + k + 2);
             GV step = GV_SUB(b, a), limit = GV_SET(c->same_surface), nearest = up ? b : a, own, further;
@@ -5677,8 +7007,6 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
             from_b = GV_LE(GV_ABS(GV_SUB(own, further)), limit);
             own = GV_SELECT(small, step, GV_IF(GM_OR(from_a, from_b), own));
             GV_STORE(block[HEIGHTS] + u * GTAOI_TILE + k, GV_ADD(nearest, GV_MUL(own, GV_SET(aside))));
-            GV_STORE(block[ACROSS] + u * GTAOI_TILE + k, own);
-            GV_STORE(block[BASES] + u * GTAOI_TILE + k, nearest);
         }
         for (k = 0; c->bounded && k < GTAOI_TILE; k++) { /* gradients are not padded */
             int y = at + up + k;
@@ -5694,8 +7022,6 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_read)(const gtaoi_lines *l, int tile) {
         }
     }
     GTAOI_NAME(gtaoi_turn16)(block[HEIGHTS], l->strip + tile * GTAOI_TILE, l->length);
-    GTAOI_NAME(gtaoi_turn16)(block[ACROSS], l->across + tile * GTAOI_TILE, l->length);
-    GTAOI_NAME(gtaoi_turn16)(block[BASES], l->base + tile * GTAOI_TILE, l->length);
     if (c->bounded)
         GTAOI_NAME(gtaoi_turn16)(block[AHEAD], l->ahead + tile * GTAOI_TILE, l->length);
 }
@@ -5708,7 +7034,7 @@ GTAOI_FN unsigned GTAOI_NAME(gtaoi_sweep_above)(const float *strip) {
     int i, k;
     for (i = 0; i < GTAOI_TILE; i += GTAOI_W, strip += GTAOI_W) {
         GV w = GV_LOAD(strip), left = GV_SUB(w, GV_LOAD(strip - 1)), right = GV_SUB(GV_LOAD(strip + 1), w);
-        for (k = 2; k <= GTAOI_LAG; k++) {
+        for (k = 2; k <= GTAOI_LAG; k += k < 4 ? 1 : k < 8 ? 2 : 4) {
             GV inv = GV_SET(1.0f / (float)k);
             left = GV_MIN(left, GV_MUL(GV_SUB(w, GV_LOAD(strip - k)), inv));
             right = GV_MAX(right, GV_MUL(GV_SUB(GV_LOAD(strip + k), w), inv));
@@ -5719,44 +7045,46 @@ GTAOI_FN unsigned GTAOI_NAME(gtaoi_sweep_above)(const float *strip) {
 }
 
 /* Largest slopes from the 16 receivers of one line and tile to what lies more than GTAO_SWEEP_NEAR before (after) them:
- * the samples that are not in the hull yet, then the hull's vertices from the nearest on, for as long as they rise for
- * any of the 16. Heights are moved from the line to the parallel through the receiver by their gradient across. */
+ * one by one the samples that may see more than the hull's vertices, since these were compared with samples so near, or
+ * are not in the hull yet; then the vertices, nearest first. From each receiver their slopes rise up to its horizon and
+ * fall beyond, so four that do not rise for any of the 16 end the search; what is looked at for another's sake could only
+ * exceed the horizon by its rounding, and the 16 are the same for every kernel. Receivers stand on the line, too, as if
+ * their pixel's surface had been moved there: what lies beside the line is taken to be so inclined. */
 GTAOI_FN void GTAOI_NAME(gtaoi_sweep_query)(const gtaoi_lines *l, int line, int tile, int backward, float *out) {
     GTAOI_NO_CONTRACT
-    enum { N = GTAOI_TILE / GTAOI_W, FIRST = GTAO_SWEEP_NEAR + 1, LAST = GTAO_SWEEP_NEAR + GTAOI_LAG + GTAOI_TILE - 1 };
+    enum { N = GTAOI_TILE / GTAOI_W, FIRST = GTAO_SWEEP_NEAR + 1, LAST = GTAO_SWEEP_NEAR + GTAOI_LAG };
     ptrdiff_t at = (ptrdiff_t)line * l->length + tile * GTAOI_TILE, step = backward ? 1 : -1;
     const float *sample = l->strip + at + FIRST * step;
-    const gtaoi_vertex *vertex = l->vertex + (ptrdiff_t)line * l->room + l->depth[line];
-    const float *across = sample + (l->across - l->strip);
-    GV b[N], aside[N], best[N], hull[N];
-    int k, n, rising;
+    const gtaoi_vertex *v = l->vertex + (ptrdiff_t)line * l->room;
+    int at_vertex = l->start[line * l->tiles + tile], k, n, rising, i;
+    GV b[N], best[N], hull[N];
     for (n = 0; n < N; n++) {
-        b[n] = GV_LOAD(l->base + at + n * GTAOI_W);
-        aside[n] = GV_LOAD(l->aside + tile * GTAOI_TILE + n * GTAOI_W);
+        b[n] = GV_LOAD(l->strip + at + n * GTAOI_W);
         best[n] = hull[n] = GV_SET(GTAOI_SKY);
     }
-    for (k = FIRST; k <= LAST; k++, sample += step, across += step) {
-        GV inv = GV_SET(l->inverse[k]);
+    for (k = FIRST; k <= LAST; k += 2, sample += 2 * step) {
+        GV inv = GV_SET(l->inverse[k]), further_inv = GV_SET(l->inverse[k + 1]);
         for (n = 0; n < N; n++) {
-            GV base = GV_ADD(b[n], GV_MUL(aside[n], GV_LOAD(across + n * GTAOI_W)));
-            best[n] = GV_MAX(best[n], GV_MUL(GV_SUB(GV_LOAD(sample + n * GTAOI_W), base), inv));
+            const float *p = sample + n * GTAOI_W;
+            best[n] = GV_MAX(best[n], GV_MUL(GV_SUB(GV_LOAD(p), b[n]), inv));
+            hull[n] = GV_MAX(hull[n], GV_MUL(GV_SUB(GV_LOAD(p + step), b[n]), further_inv));
         }
     }
-    do {
-        GV w = GV_SET(vertex[0].w), w_across = GV_SET(vertex[0].across);
-        GV further = GV_SET(vertex[-1].w), further_across = GV_SET(vertex[-1].across);
-        const float *inv = l->inverse + (tile * GTAOI_TILE - vertex[0].t);
-        const float *further_inv = l->inverse + (tile * GTAOI_TILE - vertex[-1].t);
-        for (rising = 0, n = 0; n < N; n++) {
-            GV base = GV_ADD(b[n], GV_MUL(aside[n], w_across)), slope;
-            hull[n] = GV_MAX(hull[n], GV_MUL(GV_SUB(w, base), GV_LOAD(inv + n * GTAOI_W)));
-            base = GV_ADD(b[n], GV_MUL(aside[n], further_across));
-            slope = GV_MUL(GV_SUB(further, base), GV_LOAD(further_inv + n * GTAOI_W));
-            rising |= GM_ANY(GV_LT(hull[n], slope));
-            hull[n] = GV_MAX(hull[n], slope);
+    for (n = 0; n < N; n++)
+        best[n] = GV_MAX(best[n], hull[n]), hull[n] = GV_SET(GTAOI_SKY);
+    do
+        for (i = 0; i < 4; i++) {
+            GV w = GV_SET(v[at_vertex].w);
+            const float *inv = l->inverse + (tile * GTAOI_TILE - v[at_vertex].t);
+            at_vertex = v[at_vertex].before;
+            for (rising = 0, n = 0; n < N; n++) {
+                GV slope = GV_MUL(GV_SUB(w, b[n]), GV_LOAD(inv + n * GTAOI_W));
+                if (i == 3)
+                    rising |= GM_ANY(GV_LT(hull[n], slope));
+                hull[n] = GV_MAX(hull[n], slope);
+            }
         }
-        vertex -= 2;
-    } while (rising);
+    while (rising);
     for (n = 0; n < N; n++)
         GV_STORE(out + n * GTAOI_W, GV_MAX(best[n], hull[n]));
 }
@@ -5783,7 +7111,9 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_highest)(const gtaoi_lines *l) {
 }
 
 /* Whether samples at the distances k0 .. k1 may raise the horizon of any receiver of a tile: the highest of the tiles
- * from `t` to `t_end` that they lie in, `high` of `count` tiles or blocks of tiles each, at either distance. */
+ * from `t` to `t_end` that they lie in, `high` of `count` tiles or blocks of tiles each, at either distance. The same
+ * operations in the same order as for a sample, and each is monotonic, rounding included: what is passed over changes no
+ * bit. */
 GTAOI_FI int GTAOI_NAME(gtaoi_sweep_matters)(const gtaoi_lines *l, const float *high, int count, int t, int t_end,
                                              int k0, int k1, GV unit, const GV *b, const GV *tangent,
                                              const GTAOI_HORIZONS *s) {
@@ -5792,8 +7122,8 @@ GTAOI_FI int GTAOI_NAME(gtaoi_sweep_matters)(const gtaoi_lines *l, const float *
         gtaoi_max(t >= 0 && t < count ? high[t] : GTAOI_SKY, t_end >= 0 && t_end < count ? high[t_end] : GTAOI_SKY);
     int n, any = 0;
     for (n = 0; n < GTAOI_TILE / GTAOI_W; n++) {
-        GV up = GV_MUL(GV_SUB(GV_SET(top), b[n]), unit);
-        up = GV_MAX(GV_MUL(up, GV_SET(l->inverse[k0])), GV_MUL(up, GV_SET(l->inverse[k1])));
+        GV up = GV_SUB(GV_SET(top), b[n]);
+        up = GV_MAX(GV_MUL(up, GV_MUL(GV_SET(l->inverse[k0]), unit)), GV_MUL(up, GV_MUL(GV_SET(l->inverse[k1]), unit)));
         any |= GM_ANY(GV_LT(s[n].rise[0], GV_SUB(up, tangent[n])));
     }
     return any;
@@ -5809,17 +7139,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_within)(const gtaoi_lines *l, int line, int
     int step = backward ? 1 : -1, at = tile * GTAOI_TILE, k, n, t, ring = c->inv_falloff > 0.0f;
     int blocks = l->tiles / GTAOI_BLOCK + 1, end = (backward ? l->tiles - tile : tile + 1) * GTAOI_TILE;
     const float *sample_at = l->strip + (ptrdiff_t)line * l->length + at;
-    const float *across_at = l->across + (ptrdiff_t)line * l->length + at;
     float sign = backward ? 1.0f : -1.0f, reach[GTAOI_TILE], high = GTAOI_SKY, range = 0.0f;
     GV unit = GV_ABS(GV_SET(l->x_major ? l->slice->dx : l->slice->dy));
-    GV b[N], aside[N], tangent[N];
+    GV b[N], tangent[N];
     GTAOI_FRAME f[N];
     GTAOI_HORIZONS s[N];
     for (n = 0; n < N; n++) {
         GV w0 = one, len = one, along = zero, perp = GV_SET(l->slice->bb), rx = zero, ry = zero;
         ptrdiff_t here = (ptrdiff_t)line * l->length + at + n * GTAOI_W;
-        b[n] = GV_LOAD(l->base + here);
-        aside[n] = GV_LOAD(l->aside + at + n * GTAOI_W);
+        b[n] = GV_LOAD(l->strip + here);
         tangent[n] = GV_MUL(GV_MUL(GV_LOAD(l->ahead + here), GV_SET(sign)), unit);
         if (!c->orthographic) {
             GV major = GV_ADD(GV_SET((float)(l->first + at + n * GTAOI_W)), GTAOI_NAME(gtaoi_iota)()), minor;
@@ -5878,7 +7206,6 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_within)(const gtaoi_lines *l, int line, int
             GTAOI_SAMPLE sample;
             GM fading;
             GV w = GV_LOAD(sample_at + step * k + n * GTAOI_W), rise;
-            w = GV_SUB(w, GV_MUL(aside[n], GV_LOAD(across_at + step * k + n * GTAOI_W)));
             rise = GV_SUB(GV_MUL(GV_SUB(w, b[n]), inv), tangent[n]);
             fading = GTAOI_NAME(gtaoi_rise)(c, &f[n], &s[n], 0, w, inv, rise, rise, &sample, c->orthographic, 1, 1, 0);
             if (ring && GM_ANY(fading))
@@ -5905,23 +7232,16 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sweep_lines)(gtaoi_lines *l) {
     if (l->c->bounded)
         GTAOI_NAME(gtaoi_sweep_highest)(l);
     for (side = 0; side < 2; side++) {
-        enum { GAP = GTAO_SWEEP_NEAR + GTAOI_LAG };
         int backward = l->backward[side];
         gtaoi_sweep_start(l, backward);
         for (line = 0; l->options->beyond && line < GTAOI_TILE; line++)
             gtaoi_seed_vertices(l, line, backward);
+        for (line = 0; line < GTAOI_TILE && !l->c->bounded; line++)
+            gtaoi_push_vertices(l, line, backward);
         for (i = 0; i < tiles; i++) {
             float found[GTAOI_TILE * GTAOI_TILE], turned[GTAOI_TILE * GTAOI_TILE];
             int at;
             tile = backward ? tiles - 1 - i : i, at = tile * GTAOI_TILE;
-            for (line = 0; line < GTAOI_TILE && !l->c->bounded;
-                 line++) { /* 16 samples, GAP from the receivers, of two tiles */
-                const uint16_t *above = l->above + line * (tiles + 4) + tile + 2;
-                unsigned bits = backward ? (unsigned)above[1] >> GAP | (unsigned)above[2] << (GTAOI_TILE - GAP)
-                                         : (unsigned)above[-2] >> (GTAOI_TILE - GAP) | (unsigned)above[-1] << GAP;
-                gtaoi_push_vertices(l, line, backward ? at + GTAOI_TILE + GAP : at - GTAOI_TILE - GAP, bits & 0xffffu,
-                                    backward);
-            }
             if (at + GTAOI_TILE <= l->begin || at >= l->end)
                 continue;
             for (line = 0; line < GTAOI_TILE; line++) {
@@ -5947,21 +7267,25 @@ GTAOI_FN void GTAOI_NAME(gtaoi_keep_tilts)(const gtaoi_pass *pass, const GTAOI_P
     }
 }
 
-/* Sums of a block between the batches of a sweep: read, or kept. Here the sums of further outputs would join. */
-GTAOI_FN void GTAOI_NAME(gtaoi_sums)(const gtao_context *c, GTAOI_SUM *sum, int groups, int x, int y, int keep) {
+/* Sums of a block between the batches of a sweep: read, or kept. */
+GTAOI_FN void GTAOI_NAME(gtaoi_sums)(const gtao_context *c, GTAOI_SUM *sum, GTAOI_MOMENTS *moments, int groups, int x,
+                                     int y, int keep) {
     float *at = c->pass->sums + (size_t)y * c->pass->sums_row + (size_t)x * (size_t)c->pass->fields;
     int g, i, n = c->pass->fields;
     for (g = 0; g < groups; g++) {
-        GV *field[7];
+        GTAOI_MOMENTS *m = moments + g;
+        GV *field[14];
         field[0] = &sum[g].visible, field[1] = &sum[g].open, field[2] = &sum[g].jacobian_open;
         field[3] = &sum[g].bx, field[4] = &sum[g].by, field[5] = &sum[g].bz, field[6] = &sum[g].bv;
-        for (i = 0; i < gtaoi_imin(n, 7); i++, at += GTAOI_W) {
+        field[7] = &m->lost, field[8] = &m->vv, field[9] = &m->xv, field[10] = &m->yv;
+        field[11] = &m->xx, field[12] = &m->xy, field[13] = &m->yy;
+        for (i = 0; i < (n > 2 ? n - 1 : 2); i++, at += GTAOI_W) {
             if (keep)
                 GV_STORE(at, *field[i]);
             else
                 *field[i] = GV_LOAD(at);
         }
-        if (n > 7) {
+        if (n > 2) {
             if (keep)
                 GV_STORE(at, GV_IF(sum[g].occluded, GV_SET(1.0f)));
             else
@@ -5975,21 +7299,62 @@ GTAOI_FN void GTAOI_NAME(gtaoi_sums)(const gtao_context *c, GTAOI_SUM *sum, int 
 GTAOI_FN void GTAOI_NAME(gtaoi_store_horizons)(const gtao_context *c, const GTAOI_FRAME *f, const GTAOI_HORIZONS *s,
                                                GM active, int k, int side, int x, int y) {
     GTAOI_NO_CONTRACT
-    const gtao_sweep_options *o = c->pass->options;
     GV open = GV_SET((float)(0.5 * GTAOI_PI)), h = open;
     float angle[GTAOI_W];
-    float *to = (float *)(void *)((char *)o->horizons + (ptrdiff_t)(2 * k + side) * o->horizon_plane +
-                                  (ptrdiff_t)y * o->horizon_stride);
-    int i;
     if (GM_ANY(active)) {
         GM occluded = active;
         h = GTAOI_NAME(gtaoi_atan2)(GV_SET(1.0f), GTAOI_NAME(gtaoi_kappa)(c, f, s, side, &occluded));
         h = GV_SELECT(active, GV_MAX(h, GV_SET(0.0f)), open);
     }
     GV_STORE(angle, h);
-    for (i = 0; i < GTAOI_W; i++)
-        if (x + i >= c->x_begin && x + i < c->x_end)
-            to[x + i] = angle[i];
+    gtaoi_store_lanes(c, c->o.horizons, 2 * k + side, angle, GTAOI_W, x, y);
+}
+
+/* Intermediates of a slice of a group; frame, horizons and arcs are there where anything is active. */
+GTAOI_FN void GTAOI_NAME(gtaoi_store_slice)(const gtao_context *c, const GTAOI_FRAME *f, const GTAOI_HORIZONS *s,
+                                            const GTAOI_ARCS *a, GM active, int k, int x, int y) {
+    GTAOI_NO_CONTRACT
+    GV zero = GV_SET(0.0f), terms[3];
+    float lanes[GTAOI_W];
+    int i, some = GM_ANY(active);
+    for (i = 0; c->o.horizons && i < 2; i++)
+        GTAOI_NAME(gtaoi_store_horizons)(c, f, s, active, k, i, x, y);
+    for (i = 0; c->o.arcs && i < 2; i++) {
+        uint32_t bits[GTAOI_W];
+        memset(bits, 0, sizeof bits);
+        if (some && c->arcs) {
+            GI mask = GI_IF(active, a->mask[i]);
+            memcpy(bits, &mask, sizeof bits);
+        }
+        gtaoi_store_lanes(c, c->o.arcs, 2 * k + i, bits, GTAOI_W, x, y);
+    }
+    terms[0] = terms[1] = terms[2] = zero;
+    if (some)
+        terms[0] = f->n, terms[1] = GV_MUL(f->inv_perp, f->inv_perp), terms[2] = f->open;
+    for (i = 0; c->o.slices && i < 3; i++) {
+        GV_STORE(lanes, GV_IF(active, terms[i]));
+        gtaoi_store_lanes(c, c->o.slices, 3 * k + i, lanes, GTAOI_W, x, y);
+    }
+}
+
+GTAOI_FN void GTAOI_NAME(gtaoi_store_surface)(const gtao_context *c, const GTAOI_PIXEL *p, GM active, int x, int y) {
+    GTAOI_NO_CONTRACT
+    GV values[7];
+    float keys[GTAOI_W];
+    int i;
+    for (i = 0; i < 7; i++)
+        values[i] = GV_SET(0.0f);
+    if (GM_ANY(active)) {
+        GV_STORE(keys, GV_SELECT(active, p->key, GV_SET(c->extent_min)));
+        for (i = 0; i < GTAOI_W; i++)
+            keys[i] = (float)gtaoi_class(c, keys[i]);
+        values[0] = p->nx, values[1] = p->ny, values[2] = p->nz, values[3] = p->gx, values[4] = p->gy;
+        values[5] = p->extent, values[6] = GV_LOAD(keys);
+    }
+    for (i = 0; i < 7; i++) {
+        GV_STORE(keys, GV_SELECT(active, values[i], GV_SET(i == 6 ? -1.0f : 0.0f)));
+        gtaoi_store_lanes(c, c->o.surface, i, keys, GTAOI_W, x, y);
+    }
 }
 
 /* The far horizons join the near ones. */
@@ -6008,10 +7373,383 @@ GTAOI_FN void GTAOI_NAME(gtaoi_add_far)(const gtao_context *c, const GTAOI_PIXEL
                 GV slope = GV_MUL(GV_LOAD(from + (size_t)side * pass->beyond_plane + x), unit);
                 s[g].rise[side] = GV_MAX(s[g].rise[side], side ? GV_ADD(slope, tangent) : GV_SUB(slope, tangent));
             }
-            if (pass->options->horizons)
+            if (c->o.horizons)
                 GTAOI_NAME(gtaoi_store_horizons)(c, &f[g], &s[g], active[g], k, side, x, y);
         }
     }
+}
+
+/* ---- what can rise: tiles --------------------------------------------------------------------------------------- */
+
+/* Cells [cx, cx_end) of row cy, moved by (shift_x, shift_y) pixels, as a tile sees them. */
+GTAOI_FN void GTAOI_NAME(gtaoi_look_at)(const gtao_context *c, gtaoi_tile *t, gtaoi_looking *l, int cx, int cx_end,
+                                        int cy, float shift_x, float shift_y) {
+    GTAOI_NO_CONTRACT
+    const float half = 0.5f * (float)(GTAOI_CELL - 1), last = (float)(GTAOI_CELL - 1),
+                taps = c->every_pixel ? 2.0f : 0.0f;
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
+    const float y = (float)(cy * GTAOI_CELL) + shift_y;
+    const float gap_y = gtaoi_max(gtaoi_max(y - l->y1, l->y0 - (y + last)), 0.0f);
+    const GV gx = GV_SET(t->gx), gy = GV_SET(t->gy), along_y = GV_SET(t->gy * (y + half - l->y));
+    for (; cx < cx_end; cx += GTAOI_W) {
+        ptrdiff_t at = cy * c->cell_pitch + cx;
+        GV x = GV_ADD(GV_SET((float)(cx * GTAOI_CELL) + shift_x),
+                      GV_MUL(GTAOI_NAME(gtaoi_iota)(), GV_SET((float)GTAOI_CELL)));
+        GV gap = GV_MAX(GV_MAX(GV_SUB(x, GV_SET(l->x1)), GV_SUB(GV_SET(l->x0 - last), x)), zero);
+        GV distance = GV_SQRT(GV_ADD(GV_MUL(gap, gap), GV_SET(gap_y * gap_y)));
+        GV w = GV_SUB(GV_LOAD(c->cell[GTAOI_CELL_W0] + at), GV_SET(l->w));
+        GV along_x = GV_MUL(gx, GV_SUB(x, GV_SET(l->x - half))), up = GV_LOAD(c->cell[GTAOI_CELL_UP] + at), top, size;
+        GV turn = GV_ADD(GV_ABS(GV_SUB(GV_LOAD(c->cell[GTAOI_CELL_GX] + at), gx)),
+                         GV_ABS(GV_SUB(GV_LOAD(c->cell[GTAOI_CELL_GY] + at), gy)));
+        GM closed;
+        unsigned bits;
+        turn = GV_MUL(turn, GV_SET(half));
+        size = GV_ADD(GV_ADD(GV_ABS(w), turn), GV_ADD(GV_ABS(along_x), GV_ABS(along_y)));
+        top = GV_ADD(GV_SUB(w, GV_ADD(along_x, along_y)), GV_ADD(turn, GV_SUB(up, GV_SET(l->low))));
+        size = GV_ADD(size, GV_ADD(GV_ABS(up), GV_SET(gtaoi_abs(l->low))));
+        top = GV_ADD(top, GV_MUL(size, GV_SET(2.9802322e-7f))); /* rounding of the above: 5 times 2^-24 */
+        distance = GV_MAX(GV_SUB(distance, GV_SET(taps)), one);
+        closed = GM_OR(GV_LE(top, GV_MUL(GV_SET(l->room), distance)), GV_LT(GV_SET(l->radius), distance));
+        /* all of it farther behind, or in front, than the radius */
+        w = GV_LOAD(c->cell[GTAOI_CELL_W0] + at);
+        turn =
+            GV_MUL(GV_ADD(GV_ABS(GV_LOAD(c->cell[GTAOI_CELL_GX] + at)), GV_ABS(GV_LOAD(c->cell[GTAOI_CELL_GY] + at))),
+                   GV_SET(half));
+        closed = GM_OR(closed, GV_LT(GV_ADD(GV_ADD(w, turn), up), GV_SET(l->behind)));
+        closed =
+            GM_OR(closed, GV_LT(GV_SET(l->before), GV_ADD(GV_SUB(w, turn), GV_LOAD(c->cell[GTAOI_CELL_DOWN] + at))));
+        bits = GTAOI_ALL & ~GM_BITS(closed);
+        if (cx_end - cx < GTAOI_W)
+            bits &= (1u << (cx_end - cx)) - 1u;
+        if (bits && !l->sectors) {
+            l->blocked = 1;
+            return;
+        }
+        if (bits) {
+            float tops[GTAOI_W], nearest[GTAOI_W];
+            GV_STORE(tops, top), GV_STORE(nearest, distance);
+            for (; bits; bits &= bits - 1u) {
+                int i = gtaoi_lowest(bits);
+                float left = (float)((cx + i) * GTAOI_CELL) + shift_x, x0 = left - l->x1, x1 = left + last - l->x0;
+                float y0 = y - l->y1, y1 = y + last - l->y0, farthest = l->radius, enough = tops[i] * l->inv_room;
+                if (enough < farthest)
+                    farthest = enough;
+                gtaoi_may_rise(t, l->all, x0 - 2.0f, x1 + 2.0f, y0 - 2.0f, y1 + 2.0f, nearest[i], farthest);
+            }
+        }
+    }
+}
+
+/* A tile of 64x16 pixels from (x, y) on: finds a plane close below its pixels, and what may rise above it around. */
+GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known, unsigned skips, int x, int y,
+                                     gtaoi_tile *t) {
+    GTAOI_NO_CONTRACT
+    const float half = 0.5f * (float)(GTAOI_CELL - 1), inf = (float)HUGE_VAL;
+    const float *w0 = c->cell[GTAOI_CELL_W0], *gx = c->cell[GTAOI_CELL_GX], *gy = c->cell[GTAOI_CELL_GY],
+                *up = c->cell[GTAOI_CELL_UP], *down = c->cell[GTAOI_CELL_DOWN];
+    int cx = x / GTAOI_CELL, cx_end = gtaoi_imin(cx + 4, c->cells_x), cy = y / GTAOI_CELL, i, n = 0, first = -1, far_y,
+        far_x;
+    int w = c->d.width, h = c->d.height, kx, ky, kx1 = 0, ky1 = 0, reach_y, wrap = c->d.border == GTAO_BORDER_WRAP;
+    ptrdiff_t row = cy * c->cell_pitch;
+    float nearest = -FLT_MAX, farthest = FLT_MAX, bottom = -FLT_MAX, len2 = 1.0f, len2_min = 1.0f, floor_, size, extent;
+    gtaoi_looking l;
+    t->sky = t->known = t->open = 0;
+    t->gx = t->gy = t->slack = 0.0f;
+    if (!known[cy])
+        return;
+    for (i = cx; i < cx_end; i++)
+        if (down[row + i] < 0.5f * -GTAOI_CELL_NONE)
+            t->gx += gx[row + i], t->gy += gy[row + i], n++, first = first < 0 ? i : first;
+    t->sky = n == 0;
+    if (n == 0 || !(skips & (GTAO_SKIP_OPEN | GTAO_SKIP_SECTORS)))
+        return;
+    t->gx /= (float)n, t->gy /= (float)n;
+    l.w = w0[row + first], l.x = (float)(first * GTAOI_CELL) + half, l.y = (float)(cy * GTAOI_CELL) + half;
+    l.x0 = (float)x, l.x1 = (float)gtaoi_imin(x + 63, w - 1);
+    l.y0 = (float)y, l.y1 = (float)gtaoi_imin(y + GTAOI_CELL - 1, h - 1);
+    l.low = FLT_MAX;
+    for (i = cx; i < cx_end; i++) {
+        ptrdiff_t at = row + i;
+        float ax = gx[at] - t->gx, ay = gy[at] - t->gy, along = t->gx * (float)((i - first) * GTAOI_CELL), d;
+        if (!(down[at] < 0.5f * -GTAOI_CELL_NONE))
+            continue;
+        ax = gtaoi_abs(ax), ay = gtaoi_abs(ay);
+        d = w0[at] - l.w;
+        size = gtaoi_abs(d) + gtaoi_abs(along) + half * (ax + ay) + gtaoi_abs(down[at]);
+        d = ((d - along) - half * (ax + ay)) + down[at] - 2.9802322e-7f * size;
+        l.low = gtaoi_min(l.low, d);
+        bottom = gtaoi_max(bottom, d - down[at] + up[at]);
+        size = half * (gtaoi_abs(gx[at]) + gtaoi_abs(gy[at]));
+        nearest = gtaoi_max(nearest, w0[at] + size + up[at]);
+        farthest = gtaoi_min(farthest, w0[at] - size + down[at]);
+    }
+    /* The floor of gtaoi_slice, floor = rise_min |b_perp| w0 / |r0|, from below: |b_perp| >= |b| / |r0|. */
+    if (!c->orthographic) {
+        float ax = ((l.x0 + 0.5f) - c->cx) * c->bx1, bx = ((l.x1 + 0.5f) - c->cx) * c->bx1;
+        float ay = ((l.y0 + 0.5f) - c->cy) * c->by1, by = ((l.y1 + 0.5f) - c->cy) * c->by1;
+        len2 = 1.0f + gtaoi_max(ax * ax, bx * bx) + gtaoi_max(ay * ay, by * by);
+        len2_min = 1.0f + (ax * bx > 0.0f ? gtaoi_min(ax * ax, bx * bx) : 0.0f) +
+                   (ay * by > 0.0f ? gtaoi_min(ay * ay, by * by) : 0.0f);
+        if (!(len2 < 256.0f))
+            return;
+    }
+    floor_ = 0.999f * c->rise_min * gtaoi_min(c->bx1, c->by1) * (c->orthographic ? 1.0f : farthest / len2);
+    /* Derived normals have the noise of depth, bumpy ground has its own. */
+    t->slack = (c->rise_min > GTAOI_RISE_MIN ? 0.5f : c->d.normals ? 0.125f : 0.25f) * floor_;
+    size = gtaoi_abs(t->gx) + gtaoi_abs(t->gy);
+    l.room = 0.999f * floor_ - t->slack - 3.8146973e-6f * (size + t->slack); /* 64 times 2^-24: rounding of g.q */
+    l.inv_room = 1.001f / l.room;
+    if (!(l.room > 0.0f && l.inv_room < FLT_MAX && bottom - l.low < 16.0f * l.room))
+        return;
+    /* How far the search goes, in pixels: classes are rounded up by a quarter at most. */
+    extent = c->extent_max;
+    if (c->orthographic) {
+        extent = c->reach;
+    } else if (c->bounded && !c->every_pixel) {
+        extent = nearest * sqrtf(len2) * c->reach;
+    } else if (c->bounded) { /* gtaoi_setup */
+        float sine = nearest * c->reach / sqrtf(len2_min), tangent = sine / sqrtf(1.0f - sine * sine), room;
+        room = 1.0f / sqrtf(len2) - tangent * sqrtf(1.0f - 1.0f / len2);
+        if (sine < 1.0f && room > 0.0f)
+            extent = sqrtf(len2) * tangent / room;
+    }
+    l.radius = extent * 1.26f / gtaoi_min(c->bx1, c->by1) + 2.0f;
+    if (!(l.radius < c->max_radius + 2.0f))
+        l.radius = c->max_radius + 2.0f;
+    if (c->pass)
+        l.radius = gtaoi_min(l.radius, (float)GTAO_SWEEP_NEAR * 1.5f + 2.0f);
+    l.behind = -FLT_MAX, l.before = FLT_MAX;
+    if (c->bounded && size < 500.0f * gtaoi_min(c->bx1, c->by1) * (c->orthographic ? 1.0f : farthest)) {
+        float reach = 1.01f * c->reach;
+        l.behind = c->orthographic ? farthest - reach : 1.0f / (1.0f / farthest + reach);
+        if (!(c->arcs && (c->clip || c->layer_count > 1)))
+            l.before = c->orthographic          ? nearest + reach
+                       : 1.0f / nearest > reach ? 1.0f / (1.0f / nearest - reach)
+                                                : FLT_MAX;
+    }
+    /* Worth it? A cell costs about as much as three samples of a group. */
+    size = (2.0f * l.radius + 64.0f) * (2.0f * l.radius + 16.0f) / (float)(GTAOI_CELL * GTAOI_CELL);
+    if (size > 96.0f * 2.0f * (float)c->slices * (c->every_pixel ? l.radius : (float)c->max_steps))
+        return;
+    for (i = 0; i < GTAOI_DIRECTIONS; i++)
+        t->lo[i] = inf, t->hi[i] = 0.0f;
+    l.all[0] = inf, l.all[1] = 0.0f, l.blocked = 0;
+    l.sectors = c->every_pixel || c->max_steps >= GTAOI_SECTORS_PAY;
+    far_x = far_y = (int)l.radius + 1;
+    if (wrap) {
+        kx1 = (x + 63 + far_x) / w, ky1 = (y + GTAOI_CELL - 1 + far_y) / h;
+    }
+    for (ky = wrap ? -((far_y - y + h - 1) / h) : 0; ky <= ky1; ky++) {
+        int begin = gtaoi_imax(y - far_y - ky * h, 0) / GTAOI_CELL;
+        int end = gtaoi_imin(y + GTAOI_CELL + far_y - ky * h, h);
+        for (i = begin; i * GTAOI_CELL < end; i++) {
+            float top = (float)(i * GTAOI_CELL + ky * h), gap;
+            gap = gtaoi_max(gtaoi_max(top - l.y1, l.y0 - (top + 2.0f * half)), 0.0f);
+            reach_y = gap < l.radius ? (int)sqrtf(l.radius * l.radius - gap * gap) + 2 : 2;
+            for (kx = wrap ? -((reach_y - x + w - 1) / w) : 0; kx <= kx1; kx++) {
+                int from = gtaoi_imax(x - reach_y - kx * w, 0) / GTAOI_CELL;
+                int to = gtaoi_imin(x + 64 + reach_y - kx * w, w);
+                to = (to + GTAOI_CELL - 1) / GTAOI_CELL;
+                if (from >= to)
+                    continue;
+                l.blocked |= !l.sectors && !known[i];
+                if (known[i])
+                    GTAOI_NAME(gtaoi_look_at)(c, t, &l, from, to, i, (float)(kx * w), (float)(ky * h));
+                else
+                    gtaoi_may_rise(t, l.all, (float)(from * GTAOI_CELL + kx * w) - l.x1 - 2.0f,
+                                   (float)(to * GTAOI_CELL + kx * w) - l.x0 + 2.0f, top - l.y1 - 2.0f,
+                                   top + 2.0f * half - l.y0 + 2.0f, gtaoi_max(gap - 2.0f, 1.0f), l.radius);
+                if (l.blocked)
+                    return;
+            }
+        }
+    }
+    if (c->d.border == GTAO_BORDER_CLAMP && !l.sectors)
+        l.blocked = l.x0 < l.radius + 2.0f || (float)w - l.x1 < l.radius + 4.0f || l.y0 < l.radius + 2.0f ||
+                    (float)h - l.y1 < l.radius + 4.0f;
+    if (l.blocked)
+        return;
+    if (c->d.border == GTAO_BORDER_CLAMP) { /* what lies beyond the image is level, and may rise above a slope */
+        float r = l.radius + 2.0f, left = l.x0 + 1.0f, right = (float)w - l.x1, above = l.y0 + 1.0f,
+              below = (float)h - l.y1;
+        if (left < r)
+            gtaoi_may_rise(t, l.all, -r, -left + 66.0f, -r, r, gtaoi_max(left - 2.0f, 1.0f), l.radius);
+        if (right < r)
+            gtaoi_may_rise(t, l.all, right - 66.0f, r, -r, r, gtaoi_max(right - 2.0f, 1.0f), l.radius);
+        if (above < r)
+            gtaoi_may_rise(t, l.all, -r, r, -r, -above + 18.0f, gtaoi_max(above - 2.0f, 1.0f), l.radius);
+        if (below < r)
+            gtaoi_may_rise(t, l.all, -r, r, below - 18.0f, r, gtaoi_max(below - 2.0f, 1.0f), l.radius);
+    }
+    t->known = 1;
+    t->lo_all = l.all[0], t->hi_all = l.all[1];
+    for (i = 0; i < GTAOI_DIRECTIONS; i++) {
+        t->lo[i] = gtaoi_min(t->lo[i], l.all[0]), t->hi[i] = gtaoi_max(t->hi[i], l.all[1]);
+        t->lo_all = gtaoi_min(t->lo_all, t->lo[i]), t->hi_all = gtaoi_max(t->hi_all, t->hi[i]);
+    }
+    t->open = !(t->lo_all <= t->hi_all);
+}
+
+/* Which pixels of a group remain to be computed; in *seen what their search may leave out: null if nothing. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_open_group)(const GTAOI_PIXEL *p, GM active, const gtaoi_tile *t, unsigned skips,
+                                         const gtaoi_tile **seen, gtao_stats *stats) {
+    GTAOI_NO_CONTRACT
+    GV turn;
+    *seen = 0;
+    if (!t->known)
+        return active;
+    turn = GV_ADD(GV_ABS(GV_SUB(p->gx, GV_SET(t->gx))), GV_ABS(GV_SUB(p->gy, GV_SET(t->gy))));
+    if (GM_ANY(GM_ANDNOT(active, GV_LE(turn, GV_SET(t->slack)))))
+        return active;
+    if (t->open && (skips & GTAO_SKIP_OPEN)) {
+        stats->open += (uint64_t)gtaoi_popcount(GM_BITS(active));
+        return GV_LT(GV_SET(1.0f), GV_SET(0.0f));
+    }
+    if (skips & GTAO_SKIP_SECTORS)
+        *seen = t;
+    return active;
+}
+
+/* ---- effort by need ---------------------------------------------------------------------------------------------- */
+
+/* Heights and tilts of a block of pixels, in image order, for gtaoi_share. */
+GTAOI_FN void GTAOI_NAME(gtaoi_keep)(const gtao_context *c, const GTAOI_PIXEL *p, const GM *active, int x, int y) {
+    float *at = c->keep + (ptrdiff_t)y * (c->o.signal_stride / 4) + x;
+    GV v[4];
+    int k, g;
+    for (k = 0; k < 3; k++, at += c->o.signal_plane_stride / 4) {
+        for (g = 0; g < 4; g++) {
+            v[g] = GV_SET(k ? 0.0f : GTAOI_SKY);
+            if (GM_ANY(active[g]))
+                v[g] = GV_SELECT(active[g], k == 0 ? p[g].w0 : k == 1 ? p[g].gx : p[g].gy, v[g]);
+        }
+        GTAOI_NAME(gtaoi_store4)(at, 4, v);
+    }
+}
+
+/* How far a pixel's neighbours may be from its tangent plane: a quarter of its depth's change over a pixel. Sky has no
+ * neighbours. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_close)(const gtaoi_effort *e, ptrdiff_t at) {
+    GTAOI_NO_CONTRACT
+    GV w = GV_LOAD(e->planes[GTAOI_EFFORT_HEIGHT] + at),
+       foot = GV_ADD(GV_MUL(w, GV_SET(e->foot)), GV_SET(e->foot_bias));
+    foot = GV_ADD(foot, GV_ABS(GV_LOAD(e->planes[GTAOI_EFFORT_TILT_X] + at)));
+    foot = GV_ADD(foot, GV_ABS(GV_LOAD(e->planes[GTAOI_EFFORT_TILT_Y] + at)));
+    return GV_SELECT(GV_LT(GV_SET(GTAOI_SKY_LIMIT), w), GV_MUL(GV_SET(0.25f), foot), GV_SET(-1.0f));
+}
+
+/* Whether the pixels at `at` and, `steps` further along an axis, at `there` lie on each other's tangent planes; `tilt`
+ * is the plane of tilts along that axis. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_coplanar)(const gtaoi_effort *e, ptrdiff_t at, ptrdiff_t there, const float *tilt,
+                                       int steps, GV close) {
+    GTAOI_NO_CONTRACT
+    const float *height = e->planes[GTAOI_EFFORT_HEIGHT];
+    GV away = GV_SUB(GV_LOAD(height + there), GV_LOAD(height + at)), step = GV_SET((float)steps);
+    GM of_own = GV_LE(GV_ABS(GV_SUB(away, GV_MUL(GV_LOAD(tilt + at), step))), close);
+    GM of_other = GV_LE(GV_ABS(GV_SUB(away, GV_MUL(GV_LOAD(tilt + there), step))), close);
+    return GM_AND(of_own, of_other);
+}
+
+/* Neighbours share their slices: means over 5x5 pixels, the outer ones half, so that each of the 16 phases of the noise
+ * has the same weight and what varies linearly stays; of those that lie on one surface, along the row and then along
+ * the column. Columns x .. x + 63 of rows [y0, y1), whole tiles.
+ * The window's variance D, as the first level has it, is mostly that of one slice. With n slices s^2 = D / n^1.5 is
+ * left of it, and the rest of what the window then varies by, S^2, is the image: so the mean counts s^2 / S^2. */
+GTAOI_FI void GTAOI_NAME(gtaoi_share_planes)(const gtao_context *c, int x, int y0, int y1, int more_planes) {
+    GTAOI_NO_CONTRACT
+    enum { TAPS, WEIGHT, SQUARES, VISIBLE, MORE, FIELDS = MORE + 12 };
+    static const float window[5] = {0.5f, 1.0f, 1.0f, 1.0f, 0.5f};
+    const gtaoi_effort *e = c->effort;
+    const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT), most = GV_SET(FLT_MAX);
+    float *const visible = e->planes[GTAOI_EFFORT_SIGNAL], *const weights = visible + e->plane;
+    float *const more = weights + e->plane + (c->bent ? 0 : 3 * e->plane);
+    float ring[5][FIELDS][GTAOI_EFFORT_W], result[1 + 12][GTAOI_EFFORT_W], tile[4][GTAOI_EFFORT_W];
+    int i, j, k, y;
+    for (y = y0 - 2; y < y1 + 2; y++) {
+        int row = y - 2;
+        gtaoi_effort_tile *t;
+        float n, settled;
+        for (i = 0; y >= 0 && y < c->d.height && i < GTAOI_EFFORT_W; i += GTAOI_W) { /* sums along the row */
+            ptrdiff_t at = (ptrdiff_t)y * e->pitch + x + i;
+            GV close = GTAOI_NAME(gtaoi_close)(e, at), sum[FIELDS];
+            float(*to)[GTAOI_EFFORT_W] = ring[y % 5];
+            for (k = 0; k < MORE + more_planes; k++)
+                sum[k] = zero;
+            for (j = -2; j <= 2; j++) {
+                GV share = GV_SET(window[j + 2]), weight = GV_MUL(GV_LOAD(weights + at + j), share), term;
+                GM same = GV_LE(zero, one); /* the pixel itself, sky too */
+                if (j)
+                    same = GTAOI_NAME(gtaoi_coplanar)(e, at, at + j, e->planes[GTAOI_EFFORT_TILT_X], j, close);
+                term = GV_MUL(weight, GV_LOAD(visible + at + j));
+                sum[TAPS] = GV_ADD(sum[TAPS], GV_IF(same, share));
+                sum[WEIGHT] = GV_ADD(sum[WEIGHT], GV_IF(same, weight));
+                sum[VISIBLE] = GV_ADD(sum[VISIBLE], GV_IF(same, term));
+                term = GV_MUL(term, GV_LOAD(visible + at + j)); /* masked last: outside the image is anything */
+                sum[SQUARES] = GV_ADD(sum[SQUARES], GV_IF(same, term));
+                for (k = 0; k < more_planes; k++) {
+                    term = GV_MUL(weight, GV_LOAD(more + k * e->plane + at + j));
+                    sum[MORE + k] = GV_ADD(sum[MORE + k], GV_IF(same, term));
+                }
+            }
+            for (k = 0; k < MORE + more_planes; k++)
+                GV_STORE(to[k] + i, sum[k]);
+        }
+        if (row < y0)
+            continue;
+        t = e->tile + row / GTAOI_EFFORT_H * e->tiles_x + x / GTAOI_EFFORT_W;
+        n = (float)gtaoi_levels[t->level].slices;
+        settled = gtaoi_levels[t->level].settled;
+        for (i = 0; i < GTAOI_EFFORT_W; i += GTAOI_W) { /* and along the column */
+            ptrdiff_t at = (ptrdiff_t)row * e->pitch + x + i;
+            GV close = GTAOI_NAME(gtaoi_close)(e, at), sum[FIELDS], variance, share = one;
+            for (k = 0; k < MORE + more_planes; k++)
+                sum[k] = GV_LOAD(ring[row % 5][k] + i);
+            for (j = -2; j <= 2; j++) {
+                GM same;
+                if (j == 0 || row + j < 0 || row + j >= c->d.height)
+                    continue;
+                same = GTAOI_NAME(gtaoi_coplanar)(e, at, at + j * e->pitch, e->planes[GTAOI_EFFORT_TILT_Y], j, close);
+                for (k = 0; k < MORE + more_planes; k++) {
+                    GV term = GV_MUL(GV_LOAD(ring[(row + j) % 5][k] + i), GV_SET(window[j + 2]));
+                    sum[k] = GV_ADD(sum[k], GV_IF(same, term));
+                }
+            }
+            for (k = VISIBLE; k < MORE + more_planes; k++)
+                sum[k] = GV_DIV(sum[k], sum[WEIGHT]);
+            variance = GV_SUB(GV_DIV(sum[SQUARES], sum[WEIGHT]), GV_MUL(sum[VISIBLE], sum[VISIBLE]));
+            variance = GV_MAX(variance, zero);
+            if (e->second) {
+                GV left = GV_MUL(GV_LOAD(e->planes[GTAOI_EFFORT_VARIANCE] + at), GV_SET(settled));
+                share = GV_MIN(GV_DIV(left, GV_ADD(variance, GV_SET(1e-7f))), one);
+            } else {
+                GV w = GV_LOAD(e->planes[GTAOI_EFFORT_HEIGHT] + at), of_mean = GV_DIV(variance, sum[TAPS]);
+                GM solid = GV_LT(limit, w);
+                int fresh = row % GTAOI_EFFORT_H == 0;
+                GV_STORE(e->planes[GTAOI_EFFORT_VARIANCE] + at, variance);
+                GV_STORE(tile[0] + i, GV_ADD(fresh ? zero : GV_LOAD(tile[0] + i), GV_IF(solid, of_mean)));
+                GV_STORE(tile[1] + i, GV_ADD(fresh ? zero : GV_LOAD(tile[1] + i), GV_IF(solid, one)));
+                GV_STORE(tile[2] + i, GV_MIN(fresh ? most : GV_LOAD(tile[2] + i), GV_SELECT(solid, w, most)));
+                GV_STORE(tile[3] + i, GV_MAX(fresh ? limit : GV_LOAD(tile[3] + i), w));
+            }
+            sum[VISIBLE] = GV_MIN(GV_MAX(sum[VISIBLE], zero), one);
+            for (k = 0; k < 1 + more_planes; k++) {
+                GV own = GV_LOAD((k ? more + (k - 1) * e->plane : visible) + at);
+                GV mean = sum[VISIBLE + k];
+                /* equal ones stay as they are */
+                GV_STORE(result[k] + i, GV_ADD(mean, GV_MUL(GV_SUB(one, share), GV_SUB(own, mean))));
+            }
+        }
+        gtaoi_store_shared(c, x, row, n, result);
+        if (!e->second && (row % GTAOI_EFFORT_H == GTAOI_EFFORT_H - 1 || row == c->d.height - 1))
+            gtaoi_sum_tile(t, tile);
+    }
+}
+
+GTAOI_FN void GTAOI_NAME(gtaoi_share)(const gtao_context *c, int x, int y0, int y1) {
+    if (c->effort->more == 0)
+        GTAOI_NAME(gtaoi_share_planes)(c, x, y0, y1, 0);
+    else
+        GTAOI_NAME(gtaoi_share_planes)(c, x, y0, y1, c->effort->more);
 }
 
 /* Four groups of pixels: the phases of one stretch of a row, or, if all directions are alike or each pixel has its own,
@@ -6025,6 +7763,9 @@ typedef struct GTAOI_GROUPS {
     GV v[4], b[12], s[16];      /* visibility, bent normals: [group][component], signal: [plane][group] */
     float keys[4][GTAOI_LANES]; /* classes of the radius */
     gtaoi_over over[4][4];      /* of this row, by group and slice */
+    const gtaoi_tile *tile;     /* what they may see */
+    unsigned skips;
+    const gtaoi_tile *seen[4]; /* the same, null for groups that march everything */
 } GTAOI_GROUPS;
 
 /* A group of pixels that occlude nothing and have no result: sky, masked. */
@@ -6051,21 +7792,30 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *bl
     GTAOI_MOMENTS moments[4];
     GM active[4];
     int period = c->period, g, k, any = 0, groups = block->groups, step = block->step, x0 = block->x, y = block->y;
+    int keep = !c->pass && (c->o.horizons || c->o.arcs || c->o.slices);
     for (g = 0; g < groups; g++) {
         active[g] = GTAOI_NAME(gtaoi_setup)(c, &pixel[g], block->at[g], x0 + g * step, y, block->want[g],
                                             block->normals ? block->normals + 3 * g : 0, stats);
-        any |= GM_ANY(active[g]);
         GTAOI_NAME(gtaoi_clear)(&sum[g]);
         if (c->o.sh)
             memset(&moments[g], 0, sizeof moments[g]);
+    }
+    if (c->keep)
+        GTAOI_NAME(gtaoi_keep)(c, pixel, active, x0, y);
+    for (g = 0; g < groups; g++) {
+        active[g] =
+            GTAOI_NAME(gtaoi_open_group)(&pixel[g], active[g], block->tile, block->skips, &block->seen[g], stats);
+        any |= GM_ANY(active[g]);
     }
     if (c->pass && c->pass->tilt_x) {
         GTAOI_NAME(gtaoi_keep_tilts)(c->pass, pixel, active, groups, x0, y);
         return 0;
     }
     if (c->slice_begin > 0)
-        GTAOI_NAME(gtaoi_sums)(c, sum, groups, x0, y, 0);
-    any |= c->pass && c->pass->options->horizons;
+        GTAOI_NAME(gtaoi_sums)(c, sum, moments, groups, x0, y, 0);
+    any |= c->o.horizons || keep;
+    for (g = 0; c->o.surface && g < groups; g++)
+        GTAOI_NAME(gtaoi_store_surface)(c, &pixel[g], active[g], x0 + g * step, y);
     for (k = c->slice_begin; any && k < c->slice_end; k++) {
         GTAOI_FRAME frame[4];
         GTAOI_HORIZONS found[4];
@@ -6077,17 +7827,19 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *bl
         for (g = c->arcs ? groups : 0; g < groups; g++)
             if (GM_ANY(active[g])) {
                 if (c->per_pixel_noise)
-                    GTAOI_NAME(gtaoi_search_noise)(c, &pixel[g], &frame[g], &found[g], active[g], stats);
-                else
-                    GTAOI_NAME(gtaoi_search_table)
-                (c, &pixel[g], &frame[g], &found[g], block->at[g], first + g * stride, active[g], x0 + g * step, y,
-                 stats);
+                    GTAOI_NAME(gtaoi_search_noise)
+                (c, &pixel[g], &frame[g], &found[g], active[g], block->seen[g], stats);
+                else GTAOI_NAME(gtaoi_search_table)(c, &pixel[g], &frame[g], &found[g], block->at[g],
+                                                    first + g * stride, active[g], x0 + g * step, y, block->seen[g],
+                                                    stats);
             }
         for (g = c->arcs ? 0 : groups; g < groups; g++)
             if (GM_ANY(active[g]))
                 GTAOI_NAME(gtaoi_search_arcs)
         (c, &pixel[g], &frame[g], &found[g], &arcs[g], block->at[g], first + g * stride, k, active[g], x0 + g * step, y,
-         stats);
+         block->seen[g], stats);
+        for (g = 0; keep && g < groups; g++)
+            GTAOI_NAME(gtaoi_store_slice)(c, &frame[g], &found[g], &arcs[g], active[g], k, x0 + g * step, y);
         if (c->pass)
             GTAOI_NAME(gtaoi_add_far)(c, pixel, frame, found, active, groups, k, x0, y);
         for (g = 0; g < groups; g++)
@@ -6102,7 +7854,7 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *bl
         (c, &pixel[g], &frame[g], &arcs[g], &sum[g], c->o.sh ? &moments[g] : 0);
     }
     if (c->slice_end < c->slices) { /* more to come */
-        GTAOI_NAME(gtaoi_sums)(c, sum, groups, x0, y, 1);
+        GTAOI_NAME(gtaoi_sums)(c, sum, moments, groups, x0, y, 1);
         return 0;
     }
     if (c->o.sh)
@@ -6121,7 +7873,8 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *bl
 /* Search one slice of a group of the plain kind: lanes by radius class, nearly always of one. */
 GTAOI_FI void GTAOI_NAME(gtaoi_search_plain)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                              GTAOI_HORIZONS *s, const float *at, int index, GM active,
-                                             const float *keys, int x, int y, gtaoi_over *over, gtao_stats *stats) {
+                                             const float *keys, int x, int y, gtaoi_over *over, const gtaoi_tile *seen,
+                                             gtao_stats *stats) {
     GTAOI_NO_CONTRACT
     const int *count = c->count + (size_t)index * (size_t)c->classes;
     int x1 = x + (GTAOI_W - 1) * c->period, open = c->d.border == GTAO_BORDER_OPEN;
@@ -6130,25 +7883,28 @@ GTAOI_FI void GTAOI_NAME(gtaoi_search_plain)(const gtao_context *c, const GTAOI_
     do {
         float key = keys[gtaoi_lowest(bits)];
         GM own = GM_AND(active, GV_EQ(p->key, GV_SET(key)));
-        int radius = gtaoi_class(c, key), n = count[radius], n0 = n, n1 = n;
+        int radius = gtaoi_class(c, key), n = count[radius], n0 = n, n1 = n, range[3];
         const gtaoi_sample *q =
             c->sample + ((size_t)index * (size_t)c->classes + (size_t)radius) * (size_t)c->max_steps;
         int ax = gtaoi_imax(q[n - 1].qx, -q[n - 1].qx), ay = gtaoi_imax(q[n - 1].qy, -q[n - 1].qy);
         int over_rows = y >= ay && y + ay < c->d.height;
         int over_columns = ax <= beside || (x >= ax && x1 + ax < c->d.width);
         GTAOI_HORIZONS found = *s;
-        stats->samples += (uint64_t)(2 * n * gtaoi_popcount(GM_BITS(own)));
+        gtaoi_range(c, seen, index, q, n, range);
+        gtaoi_count_samples(range, 0, n, gtaoi_popcount(GM_BITS(own)), stats);
         if (open || (over_columns && over_rows)) {
             if (!over_columns)
                 n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
             else if (!over_rows)
                 gtaoi_rows_over(c, q, n, y, over, &n0, &n1);
-            GTAOI_NAME(gtaoi_march)(c, p, f, &found, at, q, n0, n1, 0, 1, 1);
+            GTAOI_NAME(gtaoi_march)
+            (c, p, f, &found, at, q + range[0], range[0], gtaoi_imin(n0, range[1]) - range[0],
+             gtaoi_imin(n1, range[2]) - range[0], 0, 1, 1);
         } else { /* copies, so that the group itself need not lie in memory */
             GTAOI_PIXEL pixel = *p;
             GTAOI_FRAME frame = *f;
             GTAOI_HORIZONS moved = *s;
-            GTAOI_NAME(gtaoi_search_list)(c, &pixel, &frame, &moved, at, index, q, 0, n, x, y);
+            GTAOI_NAME(gtaoi_search_list)(c, &pixel, &frame, &moved, at, index, q, range[0], range[1], range[2], x, y);
             found = moved;
         }
         s->rise[0] = GV_SELECT(own, found.rise[0], s->rise[0]), s->rise[1] = GV_SELECT(own, found.rise[1], s->rise[1]);
@@ -6169,9 +7925,14 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS 
     for (g = 0; g < block->groups; g++) {
         active[g] = GTAOI_NAME(gtaoi_setup)(c, &p[g], block->at[g], block->x + g * block->step, y, block->want[g],
                                             block->normals ? block->normals + 3 * g : 0, stats);
-        any |= GM_ANY(active[g]);
         GV_STORE(block->keys[g], p[g].key);
         GTAOI_NAME(gtaoi_clear)(&sum[g]);
+    }
+    if (c->keep)
+        GTAOI_NAME(gtaoi_keep)(c, p, active, block->x, y);
+    for (g = 0; g < block->groups; g++) {
+        active[g] = GTAOI_NAME(gtaoi_open_group)(&p[g], active[g], block->tile, block->skips, &block->seen[g], stats);
+        any |= GM_ANY(active[g]);
     }
     for (k = 0; any && k < c->slices; k++) {
         int first = (y & (period - 1)) * period * c->slices + k;
@@ -6183,7 +7944,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS 
             if (GM_ANY(active[g]))
                 GTAOI_NAME(gtaoi_search_plain)
         (c, &p[g], &f[g], &s[g], block->at[g], first + g * stride, active[g], block->keys[g],
-         block->x + g * block->step, y, &block->over[g][k & 3], stats);
+         block->x + g * block->step, y, &block->over[g][k & 3], block->seen[g], stats);
         for (g = 0; g < block->groups; g++)
             GTAOI_NAME(gtaoi_integrate)(c, &p[g], &f[g], &s[g], &sum[g]);
     }
@@ -6195,6 +7956,47 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS 
         if (c->bent)
             block->b[3 * g] = p[g].nx, block->b[3 * g + 1] = p[g].ny, block->b[3 * g + 2] = p[g].nz;
     }
+}
+
+/* A whole block in an open tile: whether all its tangent planes are the tile's, told without the work of gtaoi_setup.
+ * With n.r0 < 0 and g = w0 (nx / fx, ny / fy) / n.r0, |g - G| <= slack is
+ * |w0 (nx / fx, ny / fy) - G n.r0| <= -slack n.r0; the margin is the rounding of both. */
+GTAOI_FN int GTAOI_NAME(gtaoi_block_open)(const gtao_context *c, GTAOI_GROUPS *block, gtao_stats *stats) {
+    GTAOI_NO_CONTRACT
+    const gtaoi_tile *t = block->tile;
+    const GV zero = GV_SET(0.0f), limit = GV_SET(GTAOI_SKY_LIMIT), gx = GV_SET(t->gx), gy = GV_SET(t->gy);
+    float least = 0.999f * t->slack - 9.5367432e-7f * (gtaoi_abs(t->gx) + gtaoi_abs(t->gy) + t->slack);
+    float ry = gtaoi_clamp(((float)block->y + 0.5f - c->cy) * c->by1, -GTAOI_RAY_LIMIT, GTAOI_RAY_LIMIT);
+    int g;
+    for (g = 0; g < block->groups; g++) {
+        GTAOI_PIXEL p;
+        GV w0 = GV_LOAD(block->at[g]), rr = GV_SET(1.0f), nr, off;
+        GM good = GV_LT(limit, w0), missing;
+        p.rx = p.ry = zero;
+        if (!c->orthographic) {
+            GV x = GV_SET((float)(block->x + g * block->step));
+            p.x = GV_ADD(x, GV_MUL(GTAOI_NAME(gtaoi_iota)(), GV_SET((float)c->period)));
+            p.rx = GV_MUL(GV_SUB(GV_ADD(p.x, GV_SET(0.5f)), GV_SET(c->cx)), GV_SET(c->bx1));
+            p.ry = GV_SET(ry);
+            rr = GV_ADD(GV_ADD(GV_MUL(p.rx, p.rx), GV_SET(ry * ry)), rr);
+        } else {
+            w0 = rr;
+        }
+        missing = GTAOI_NAME(gtaoi_load_normals)(c, &p, block->normals[3 * g], block->normals[3 * g + 1],
+                                                 block->normals[3 * g + 2]);
+        nr = GV_ADD(GV_ADD(GV_MUL(p.nx, p.rx), GV_MUL(p.ny, p.ry)), p.nz);
+        off = GV_ABS(GV_SUB(GV_MUL(w0, GV_MUL(p.nx, GV_SET(c->bx1))), GV_MUL(gx, nr)));
+        off = GV_ADD(off, GV_ABS(GV_SUB(GV_MUL(w0, GV_MUL(p.ny, GV_SET(c->by1))), GV_MUL(gy, nr))));
+        good = GM_ANDNOT(GM_AND(good, GV_LE(off, GV_MUL(nr, GV_SET(-least)))), missing);
+        good = GM_AND(good, GV_LT(GV_MUL(rr, GV_SET(1.01f * GTAOI_FACING_MIN * GTAOI_FACING_MIN)), GV_MUL(nr, nr)));
+        if (GM_BITS(good) != GTAOI_ALL)
+            return 0;
+        block->v[g] = GV_SET(1.0f);
+        if (c->bent)
+            block->b[3 * g] = p.nx, block->b[3 * g + 1] = p.ny, block->b[3 * g + 2] = p.nz;
+    }
+    stats->open += (uint64_t)block->count;
+    return 1;
 }
 
 /* The block's results to the caller's buffers, in image order. */
@@ -6227,7 +8029,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_store)(const gtao_context *c, const GTAOI_G
         gtaoi_store(c, block->x + j, block->y, last - j, image_v + j, image_b + 3 * j, image_s);
 }
 
-GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1, gtao_stats *stats) {
+GTAOI_FN void GTAOI_NAME(gtaoi_rows)(const gtao_context *c, int y0, int y1, int x_from, int x_to,
+                                     const gtaoi_tile *tiles, unsigned skips, gtao_stats *stats) {
     enum { BLOCK = 4 * GTAOI_W };
     const gtao_desc *d = &c->d;
     int x0, y, i, g, k, period = c->period, components = d->normal_components;
@@ -6238,12 +8041,17 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
         const uint8_t *mask = d->mask ? d->mask + (ptrdiff_t)y * d->mask_stride : 0;
         const float *row = gtaoi_row(c, y) + GTAOI_PAD;
         memset(block.over, 0, sizeof block.over);
-        for (x0 = c->x_begin & ~63; x0 < c->x_end; x0 += BLOCK) {
+        for (x0 = x_from; x0 < x_to; x0 += BLOCK) {
             float wanted[BLOCK];
             GV n[12];
             int count = gtaoi_imin(BLOCK, d->width - x0), j;
             if (c->frame && gtaoi_at_rest(c->frame, x0 / GTAOI_TILE_W, y / GTAOI_TILE_H, 2)) {
                 stats->unchanged += (uint64_t)count;
+                continue;
+            }
+            block.tile = &tiles[(x0 - x_from) >> 6], block.skips = skips;
+            if (block.tile->sky && (skips & GTAO_SKIP_SKY) && !c->bent) {
+                gtaoi_store_sky(c, x0, y, count, stats);
                 continue;
             }
             block.x = x0, block.y = y, block.count = count;
@@ -6274,12 +8082,40 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
                 GTAOI_PREFETCH(from + 8 * BLOCK * components, BLOCK * components);
                 GTAOI_NAME(gtaoi_read_normals)(from, components, period, count, n);
             }
-            if (c->plain)
+            if (block.tile->open && (skips & GTAO_SKIP_OPEN) && normals && !mask && count == BLOCK && !c->o.sh &&
+                GTAOI_NAME(gtaoi_block_open)(c, &block, stats))
+                ; /* nothing is left to do */
+            else if (c->plain)
                 GTAOI_NAME(gtaoi_block_plain)(c, &block, stats);
             else if (!GTAOI_NAME(gtaoi_block_any)(c, &block, stats))
                 continue;
             stats->pixels += (uint64_t)count;
             GTAOI_NAME(gtaoi_block_store)(c, &block);
+        }
+    }
+}
+
+/* Strips of rows, in stretches of tiles: first what can rise in them, then row by row. */
+GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1, gtao_stats *stats) {
+    gtaoi_tile tiles[GTAOI_SPAN];
+    uint8_t known[32768 / GTAOI_CELL];
+    unsigned skips = c->skips;
+    int x, y, i, end, right;
+    memset(tiles, 0, sizeof tiles);
+    if (c->pass) /* far horizons join: only samples can be left out */
+        skips &= c->pass->tilt_x ? 0u : (unsigned)GTAO_SKIP_SECTORS;
+    if (skips)
+        gtaoi_known_cells(c, known);
+    for (y = y0; y < y1; y = end) {
+        int worth_it = skips != 0;
+        end = gtaoi_imin((y / GTAOI_CELL + 1) * GTAOI_CELL, y1);
+        if (end - y < GTAOI_CELL / 4 && end < c->d.height) /* a few rows do not pay for it */
+            worth_it = 0, memset(tiles, 0, sizeof tiles);
+        for (x = c->x_begin & ~63; x < c->x_end; x = right) {
+            right = gtaoi_imin(x + 64 * GTAOI_SPAN, c->x_end);
+            for (i = 0; worth_it && x + 64 * i < right; i++)
+                GTAOI_NAME(gtaoi_look)(c, known, skips, x + 64 * i, y - y % GTAOI_CELL, &tiles[i]);
+            GTAOI_NAME(gtaoi_rows)(c, y, end, x, right, tiles, skips, stats);
         }
     }
 }
@@ -6317,6 +8153,7 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_choose)(const gtao_frame_context *f, const GV w[4],
     GV of_farthest = zero, chosen, across, down, scale;
     GM far_one, smooth;
     int i;
+    GTAOI_UNROLL
     for (i = 1; i < 4; i++) {
         GM nearer = GV_LT(nearest, w[i]), farther = GM_AND(GV_LT(limit, w[i]), GV_LT(w[i], farthest));
         nearest = GV_SELECT(nearer, w[i], nearest), of_nearest = GV_SELECT(nearer, GV_SET((float)i), of_nearest);
@@ -6339,27 +8176,52 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_choose)(const gtao_frame_context *f, const GV w[4],
     return GV_ADD(chosen, GV_IF(smooth, GV_MUL(half, GV_ADD(across, down))));
 }
 
+/* Components 0 .. 2 (of fewer: those) of the chosen pixels of one image, as planes. `which` is 0 .. 3 in each block. */
+GTAOI_FN void GTAOI_NAME(gtaoi_pick)(const gtao_frame_context *f, const void *image, ptrdiff_t stride, int components,
+                                     int x0, int y, int count, const float *which, float values[3][GTAOI_TILE_W]) {
+    const int s = f->scale, row = y * s, width = f->full.d.width;
+    const char *above = (const char *)image + (ptrdiff_t)row * stride;
+    const char *below = (const char *)image + (ptrdiff_t)gtaoi_imin(row + 1, f->full.d.height - 1) * stride;
+    const float *from[4];
+    float in[4 * GTAOI_TILE_W];
+    size_t bytes = components > 2 ? 16 : 8; /* one move; what is too much belongs to the next pixel, */
+    int i, j, whole = gtaoi_imin(count, (width - 1) / s - x0); /* which the last block has not */
+    for (i = 0; i < 4; i++)
+        from[i] = (const float *)(const void *)(i & 2 ? below : above) + (x0 * s + (i & 1)) * components;
+    GTAOI_PREFETCH(from[0] + 2 * GTAOI_TILE_W * components, s * GTAOI_TILE_W * components);
+    if (s == 2)
+        GTAOI_PREFETCH(from[2] + 2 * GTAOI_TILE_W * components, s * GTAOI_TILE_W * components);
+    for (i = 0; i < whole; i++)
+        if (bytes == 16)
+            memcpy(in + 4 * i, from[(int)which[i]] + i * s * components, 16);
+        else
+            memcpy(in + 4 * i, from[(int)which[i]] + i * s * components, 8);
+    for (i = gtaoi_imax(whole, 0); i < count; i++) {
+        int x = gtaoi_imin((x0 + i) * s + ((int)which[i] & 1), width - 1);
+        const char *of = which[i] > 1.5f ? below : above;
+        for (j = 0; j < gtaoi_imin(components, 3); j++)
+            in[4 * i + j] = ((const float *)(const void *)of)[x * components + j];
+    }
+    for (i *= 4; i < 4 * GTAOI_TILE_W; i++)
+        in[i] = 0.0f;
+    for (i = 0; i < GTAOI_TILE_W; i += GTAOI_W) {
+        GV v[4];
+        GTAOI_NAME(gtaoi_load4)(in + 4 * i, 4, v);
+        for (j = 0; j < 3; j++)
+            GV_STORE(values[j] + i, v[j]);
+    }
+}
+
 /* The chosen pixels' normals, made unit length, motion and mask; returns whether any of them differs from before. */
 GTAOI_FN int GTAOI_NAME(gtaoi_reduce_rest)(const gtao_frame_context *f, int x0, int y, int count, const float *which) {
     GTAOI_NO_CONTRACT
     const gtao_desc *d = &f->full.d;
     float *normal = f->normals + (ptrdiff_t)y * f->pitch + x0, *motion = f->motion + (ptrdiff_t)y * f->pitch + x0;
-    float to_pass = 1.0f / (float)f->scale, values[3][GTAOI_TILE_W];
-    int i, k, changed = 0, components = d->normal_components;
-    int px[GTAOI_TILE_W], py[GTAOI_TILE_W];
-    for (i = 0; i < count; i++) {
-        px[i] = gtaoi_imin((x0 + i) * f->scale + ((int)which[i] & 1), d->width - 1);
-        py[i] = gtaoi_imin(y * f->scale + ((int)which[i] >> 1), d->height - 1);
-    }
+    float values[3][GTAOI_TILE_W];
+    int i, k, changed = 0;
     if (d->normals) {
-        for (i = 0; i < count; i++) {
-            const float *n =
-                (const float *)(const void *)((const char *)d->normals + (ptrdiff_t)py[i] * d->normal_stride) +
-                (ptrdiff_t)px[i] * components;
-            values[0][i] = n[0], values[1][i] = n[1], values[2][i] = n[2];
-        }
-        for (; i < GTAOI_TILE_W; i++)
-            values[0][i] = values[1][i] = values[2][i] = 0.0f;
+        GTAOI_NAME(gtaoi_pick)
+        (f, d->normals, d->normal_stride, d->normal_components, x0, y, count, which, values);
         for (i = 0; i < count; i += GTAOI_W) {
             GV n[3], len2, scale;
             GM valid;
@@ -6376,14 +8238,24 @@ GTAOI_FN int GTAOI_NAME(gtaoi_reduce_rest)(const gtao_frame_context *f, int x0, 
         }
     }
     if (f->f.motion) {
-        for (i = 0; i < count; i++) {
-            const float *m =
-                (const float *)(const void *)((const char *)f->f.motion + (ptrdiff_t)py[i] * f->f.motion_stride) +
-                (ptrdiff_t)px[i] * f->f.motion_components;
-            motion[i] = m[0] * to_pass, motion[f->plane + i] = m[1] * to_pass;
-            motion[2 * f->plane + i] = f->f.motion_components == 3 ? m[2] : 0.0f;
-            for (k = 0; k < f->f.motion_components; k++)
-                changed |= !(m[k] == 0.0f);
+        int components = f->f.motion_components;
+        GV to_pass = GV_SET(1.0f / (float)f->scale), zero = GV_SET(0.0f);
+        GTAOI_NAME(gtaoi_pick)(f, f->f.motion, f->f.motion_stride, components, x0, y, count, which, values);
+        for (i = 0; i < count; i += GTAOI_W)
+            for (k = 0; k < 3; k++) {
+                GV m = k < components ? GV_LOAD(values[k] + i) : zero;
+                changed |= GM_BITS(GV_EQ(m, zero)) != GTAOI_ALL;
+                GV_STORE(motion + k * f->plane + i, k < 2 ? GV_MUL(m, to_pass) : m);
+            }
+    }
+    if (d->thickness_map) {
+        float *to = f->thickness + (ptrdiff_t)y * f->pitch + x0;
+        GTAOI_NAME(gtaoi_pick)(f, d->thickness_map, d->thickness_stride, 1, x0, y, count, which, values);
+        for (i = 0; i < count; i += GTAOI_W) {
+            GV t = GV_LOAD(values[0] + i);
+            t = GV_IF(GV_LT(GV_SET(0.0f), t), t);
+            changed |= GM_BITS(GV_EQ(t, GV_LOAD(to + i))) != GTAOI_ALL;
+            GV_STORE(to + i, t);
         }
     }
     if (d->mask) {
@@ -6403,60 +8275,70 @@ GTAOI_FN int GTAOI_NAME(gtaoi_reduce_rest)(const gtao_frame_context *f, int x0, 
 }
 
 /* The caller's depth, normals, motion and mask to the filters' resolution, and which tiles of them changed; rows
- * [ty0, ty1) of tiles. */
+ * [ty0, ty1) of tiles. Row by row, not tile by tile: for the sake of the caches. */
 GTAOI_FN void GTAOI_NAME(gtaoi_reduce)(const gtao_frame_context *f, int ty0, int ty1) {
     GTAOI_NO_CONTRACT
     const GV sky = GV_SET(GTAOI_SKY), width = GV_SET((float)f->width);
-    int tx, ty, x, y, i, k, s = f->scale;
-    for (ty = ty0; ty < ty1; ty++)
+    int tx, x, y, i, k, s = f->scale, y1 = gtaoi_imin(ty1 * GTAOI_TILE_H, f->height);
+    for (y = ty0 * GTAOI_TILE_H; y < y1; y++)
         for (tx = 0; tx < f->tiles_x; tx++) {
-            int x0 = tx * GTAOI_TILE_W, y0 = ty * GTAOI_TILE_H, changed = 0, at = ty * f->tiles_x + tx;
+            int x0 = tx * GTAOI_TILE_W, at = y / GTAOI_TILE_H * f->tiles_x + tx, changed = 0;
             int count = gtaoi_imin(GTAOI_TILE_W, f->width - x0), lanes = (count + GTAOI_W - 1) / GTAOI_W * GTAOI_W;
+            float *to = f->height_now + (ptrdiff_t)y * f->pitch + x0, rows[2][2 * GTAOI_TILE_W];
+            const float *before = f->height_before + (ptrdiff_t)y * f->pitch + x0;
+            float which[GTAOI_TILE_W], greatest_lanes[GTAOI_W];
             GV greatest = sky;
-            float greatest_lanes[GTAOI_W];
-            for (y = y0; y < gtaoi_imin(y0 + GTAOI_TILE_H, f->height); y++) {
-                float *to = f->height_now + (ptrdiff_t)y * f->pitch + x0, rows[2][2 * GTAOI_TILE_W];
-                const float *before = f->height_before + (ptrdiff_t)y * f->pitch + x0;
-                float which[GTAOI_TILE_W];
-                for (k = 0; k < s; k++)
-                    GTAOI_NAME(gtaoi_height_row)(&f->full, x0 * s, y * s + k, lanes * s, rows[k]);
-                if (s == 2 && y * 2 + 1 == f->full.d.height && y > 0) {
-                    float above[2 * GTAOI_TILE_W];
-                    GTAOI_NAME(gtaoi_height_row)(&f->full, x0 * s, y * s - 1, lanes * s, above);
-                    for (i = 0; i < 2 * count; i++)
-                        rows[1][i] = gtaoi_beyond(f, rows[0][i], above[i]);
-                }
-                i = f->full.d.width - x0 * s;
-                if (s == 2 && i < 2 * count && i > 1)
-                    for (k = 0; k < 2; k++)
-                        rows[k][i] = gtaoi_beyond(f, rows[k][i - 1], rows[k][i - 2]);
-                for (i = 0; i < count; i += GTAOI_W) {
-                    GV column = GV_ADD(GV_SET((float)(x0 + i)), GTAOI_NAME(gtaoi_iota)()), w[4], height, index;
-                    if (s == 1) {
-                        height = GV_LOAD(rows[0] + i), index = GV_SET(0.0f);
-                    } else {
-                        GV half = GV_MUL(GV_ADD(column, GV_SET((float)y)), GV_SET(0.5f));
-                        GTAOI_NAME(gtaoi_load2)(rows[0] + 2 * i, &w[0], &w[1]);
-                        GTAOI_NAME(gtaoi_load2)(rows[1] + 2 * i, &w[2], &w[3]);
-                        height = GTAOI_NAME(gtaoi_choose)(
-                            f, w, GV_MUL(GV_SET(2.0f), GV_SUB(half, GTAOI_NAME(gtaoi_floor)(half))), &index);
-                    }
-                    height = GV_SELECT(GV_LT(column, width), height, sky);
-                    changed |= GM_BITS(GV_EQ(height, GV_LOAD(before + i))) != GTAOI_ALL;
-                    greatest = GV_MAX(greatest, height);
-                    GV_STORE(to + i, height);
-                    GV_STORE(which + i, index);
-                }
-                changed |= GTAOI_NAME(gtaoi_reduce_rest)(f, x0, y, count, which);
-                if (tx == f->tiles_x - 1)
-                    gtaoi_pad_plane(f, to - x0, 0);
+            for (k = 0; k < s; k++) {
+                const char *ahead = (const char *)f->full.d.depth + (ptrdiff_t)(y * s + k) * f->full.d.depth_stride;
+                GTAOI_PREFETCH(ahead + (x0 + 3 * GTAOI_TILE_W) * s * 4, GTAOI_TILE_W * s);
             }
+            for (k = 0; k < 3; k++) {
+                if (f->full.d.normals)
+                    GTAOI_PREFETCH(f->normals + (ptrdiff_t)y * f->pitch + k * f->plane + x0 + 2 * GTAOI_TILE_W,
+                                   GTAOI_TILE_W);
+                if (f->f.motion)
+                    GTAOI_PREFETCH(f->motion + (ptrdiff_t)y * f->pitch + k * f->plane + x0 + 2 * GTAOI_TILE_W,
+                                   GTAOI_TILE_W);
+            }
+            for (k = 0; k < s; k++)
+                GTAOI_NAME(gtaoi_height_row)(&f->full, x0 * s, y * s + k, lanes * s, rows[k]);
+            if (s == 2 && y * 2 + 1 == f->full.d.height && y > 0) {
+                float above[2 * GTAOI_TILE_W];
+                GTAOI_NAME(gtaoi_height_row)(&f->full, x0 * s, y * s - 1, lanes * s, above);
+                for (i = 0; i < 2 * count; i++)
+                    rows[1][i] = gtaoi_beyond(f, rows[0][i], above[i]);
+            }
+            i = f->full.d.width - x0 * s;
+            if (s == 2 && i < 2 * count && i > 1)
+                for (k = 0; k < 2; k++)
+                    rows[k][i] = gtaoi_beyond(f, rows[k][i - 1], rows[k][i - 2]);
+            for (i = 0; i < count; i += GTAOI_W) {
+                GV column = GV_ADD(GV_SET((float)(x0 + i)), GTAOI_NAME(gtaoi_iota)()), w[4], height, index;
+                if (s == 1) {
+                    height = GV_LOAD(rows[0] + i), index = GV_SET(0.0f);
+                } else {
+                    GV half = GV_MUL(GV_ADD(column, GV_SET((float)y)), GV_SET(0.5f));
+                    GTAOI_NAME(gtaoi_load2)(rows[0] + 2 * i, &w[0], &w[1]);
+                    GTAOI_NAME(gtaoi_load2)(rows[1] + 2 * i, &w[2], &w[3]);
+                    height = GTAOI_NAME(gtaoi_choose)(
+                        f, w, GV_MUL(GV_SET(2.0f), GV_SUB(half, GTAOI_NAME(gtaoi_floor)(half))), &index);
+                }
+                height = GV_SELECT(GV_LT(column, width), height, sky);
+                changed |= GM_BITS(GV_EQ(height, GV_LOAD(before + i))) != GTAOI_ALL;
+                greatest = GV_MAX(greatest, height);
+                GV_STORE(to + i, height);
+                GV_STORE(which + i, index);
+            }
+            changed |= GTAOI_NAME(gtaoi_reduce_rest)(f, x0, y, count, which);
+            if (tx == f->tiles_x - 1)
+                gtaoi_pad_plane(f, to - x0, 0);
             GV_STORE(greatest_lanes, greatest);
             for (x = 1; x < GTAOI_W; x++)
                 greatest_lanes[0] = gtaoi_max(greatest_lanes[0], greatest_lanes[x]);
-            /* a tile sees what was there before, too */
-            f->nearest[at] = greatest_lanes[0];
-            f->changed[at] = (uint8_t)changed;
+            if (y % GTAOI_TILE_H == 0)
+                f->nearest[at] = greatest_lanes[0], f->changed[at] = (uint8_t)changed;
+            f->nearest[at] = gtaoi_max(f->nearest[at], greatest_lanes[0]);
+            f->changed[at] |= (uint8_t)changed;
         }
 }
 
@@ -6487,13 +8369,17 @@ GTAOI_FI void GTAOI_NAME(gtaoi_slope)(const float *const rows[5], int x, GV w0, 
 }
 
 /* [J16] bilateral filter over up to 5x5 pixels: weights fall linearly with the distance from the pixel's plane. Means
- * are taken of differences from the pixel itself, so that what is constant stays so to the bit. */
-GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, int y0, int y1) {
+ * are taken of differences from the pixel itself, so that what is constant stays so to the bit. Of the further planes
+ * those of one set; visibility and weight are the same each time. */
+GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, int set, int y0, int y1) {
     GTAOI_NO_CONTRACT
     const float *window = f->window[pass > 0], *in = pass ? f->filtered[!(pass & 1)] : f->raw;
     float *out = f->filtered[pass & 1];
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
-    int x, y, i, j, k, planes = f->bent ? 5 : 2;
+    const int first = window[0] == 0.0f, taps = 4 + (!first && window[4] > 0.0f) - (first && window[4] == 0.0f);
+    const int plain = window[first] == 1.0f;
+    const ptrdiff_t more = gtaoi_signal_set(f, set);
+    int x, y, i, j, k;
     for (y = y0; y < y1; y++) {
         const float *heights[5], *signal[5];
         float *to = out + (ptrdiff_t)y * f->pitch;
@@ -6503,49 +8389,57 @@ GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, i
         }
         for (x = 0; x < f->width; x += GTAOI_W) {
             GV w0 = GV_LOAD(heights[2] + x), tolerance = GTAOI_NAME(gtaoi_tolerance)(f, w0), inv, gx, gy, bend;
-            GV centre[5], sum[5], total = zero, shares = zero;
+            GV centre[5], sum[5], total = zero, shares = zero, across[5];
             GM solid = GV_LT(limit, w0), good;
             if (x % GTAOI_TILE_W == 0 && gtaoi_at_rest(f, x / GTAOI_TILE_W, y / GTAOI_TILE_H, 1)) {
                 x += GTAOI_TILE_W - GTAOI_W;
                 continue;
             }
-            for (k = 0; k < planes; k++)
-                centre[k] = GV_LOAD(signal[2] + k * f->plane + x), sum[k] = zero;
+            for (k = 0; k < 2 + 3 * f->bent; k++)
+                centre[k] = GV_LOAD(signal[2] + (k < 2 ? k * f->plane : more + (k - 2) * f->plane) + x), sum[k] = zero;
             if (GM_ANY(solid)) {
                 GTAOI_NAME(gtaoi_slope)(heights, x, w0, tolerance, &gx, &gy, &bend);
-                inv = GV_DIV(one, GV_ADD(tolerance, GV_MIN(GV_ADD(bend, bend), tolerance)));
-                for (j = 0; j < 5; j++) {
+                /* no more than 1e28, from which the sky is still far */
+                inv = GV_MIN(GV_ADD(tolerance, GV_MIN(GV_ADD(bend, bend), tolerance)), GV_SET(1e28f));
+                inv = GV_DIV(one, inv);
+                GTAOI_UNROLL
+                for (i = 0; i < 5; i++)
+                    across[i] = GV_MUL(gx, GV_SET((float)(first + i - 2)));
+                for (j = first; j < first + taps; j++) {
+                    const float *from = signal[j] + x + first - 2, *near_by = heights[j] + x + first - 2;
                     GV along = GV_ADD(w0, GV_MUL(gy, GV_SET((float)(j - 2))));
-                    if (window[j] == 0.0f)
-                        continue;
-                    for (i = 0; i < 5; i++) {
-                        const float *from = signal[j] + x + i - 2;
-                        GV w, share, weight;
-                        if (window[i] == 0.0f)
-                            continue;
-                        w = GV_LOAD(heights[j] + x + i - 2);
-                        share = GV_ADD(along, GV_MUL(gx, GV_SET((float)(i - 2))));
-                        share = GV_SUB(one, GV_MUL(GV_ABS(GV_SUB(w, share)), inv));
-                        share = GV_IF(GV_LT(limit, w), GV_MUL(GV_MAX(share, zero), GV_SET(window[i] * window[j])));
+                    GTAOI_UNROLL
+                    for (i = 0; i < 5; i++, from++) {
+                        GV share, weight;
+                        if (i == taps)
+                            break;
+                        share = GV_ABS(GV_SUB(GV_LOAD(near_by + i), GV_ADD(along, across[i])));
+                        share = GV_MAX(GV_SUB(one, GV_MUL(share, inv)), zero);
+                        if (!plain)
+                            share = GV_MUL(share, GV_SET(window[first + i] * window[j]));
                         weight = GV_MUL(share, GV_LOAD(from + f->plane));
                         shares = GV_ADD(shares, share), total = GV_ADD(total, weight);
                         sum[0] = GV_ADD(sum[0], GV_MUL(weight, GV_SUB(GV_LOAD(from), centre[0])));
-                        for (k = 2; k < planes; k++)
-                            sum[k] = GV_ADD(sum[k], GV_MUL(weight, GV_SUB(GV_LOAD(from + k * f->plane), centre[k])));
+                        if (f->bent) {
+                            GTAOI_UNROLL
+                            for (k = 2; k < 5; k++)
+                                sum[k] = GV_ADD(sum[k], GV_MUL(weight, GV_SUB(GV_LOAD(from + more + (k - 2) * f->plane),
+                                                                              centre[k])));
+                        }
                     }
                 }
                 good = GM_AND(solid, GV_LT(zero, total));
                 inv = GV_DIV(one, total);
                 centre[1] = GV_SELECT(good, GV_DIV(total, shares), centre[1]);
-                for (k = 0; k < planes; k++)
+                for (k = 0; k < 2 + 3 * f->bent; k++)
                     if (k != 1)
                         centre[k] = GV_SELECT(good, GV_ADD(centre[k], GV_MUL(sum[k], inv)), centre[k]);
             }
-            for (k = 0; k < planes; k++)
-                GV_STORE(to + k * f->plane + x, centre[k]);
+            for (k = 0; k < 2 + 3 * f->bent; k++)
+                GV_STORE(to + (k < 2 ? k * f->plane : more + (k - 2) * f->plane) + x, centre[k]);
         }
-        for (k = 0; k < planes; k++)
-            gtaoi_pad_plane(f, to + k * f->plane, 1);
+        for (k = 0; k < 2 + 3 * f->bent; k++)
+            gtaoi_pad_plane(f, to + (k < 2 ? k * f->plane : more + (k - 2) * f->plane), 1);
     }
 }
 
@@ -6617,60 +8511,76 @@ typedef struct GTAOI_HISTORY {
 } GTAOI_HISTORY;
 
 /* [J16] each of the four bilinear taps is tested on its own, in the one direction that tells disocclusion: a history
- * that was nearer than the surface is another's. Lanes that moved by the same whole pixels are taken together, so that
- * all loads are contiguous. */
-GTAOI_FN void GTAOI_NAME(gtaoi_fetch_history)(const gtao_frame_context *f, int x0, GM valid, GV px, GV py, GV pw, GV gx,
-                                              GV gy, const GV *now, GTAOI_HISTORY *h) {
+ * that was nearer than the surface is another's. Lanes that moved by nearly the same whole pixels are taken together, so
+ * that all loads are contiguous: a bilinear weight is the product of two hats, and zero beyond the four taps. */
+GTAOI_FN void GTAOI_NAME(gtaoi_fetch_history)(const gtao_frame_context *f, int set, int x0, GM valid, GV px, GV py,
+                                              GV pw, GV gx, GV gy, const GV *now, GTAOI_HISTORY *h) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
     GV bx = GTAOI_NAME(gtaoi_floor)(px), by = GTAOI_NAME(gtaoi_floor)(py), fx = GV_SUB(px, bx), fy = GV_SUB(py, by);
     GV inv = GV_DIV(one, GV_ADD(GV_MUL(pw, GV_SET(f->disocclusion_scale)), GV_SET(f->disocclusion_bias)));
-    GV step_x = GV_SUB(bx, GV_ADD(GV_SET((float)x0), GTAOI_NAME(gtaoi_iota)()));
+    GV here = GV_ADD(GV_SET((float)x0), GTAOI_NAME(gtaoi_iota)()), step_x = GV_SUB(bx, here), shift = GV_SUB(px, here);
+    GV value[5], weight = zero, length = zero, speed = zero, last = zero, deviation = zero;
     float steps[GTAOI_W], rows[GTAOI_W];
-    int i, j, k, planes = f->bent ? 5 : 1;
-    memset(h, 0, sizeof *h);
+    const ptrdiff_t more = gtaoi_history_set(f, set);
+    int i, j, k;
     GV_STORE(steps, step_x), GV_STORE(rows, by);
     h->blur = GV_ADD(GV_MUL(fx, GV_SUB(one, fx)), GV_MUL(fy, GV_SUB(one, fy)));
+    value[0] = value[2] = value[3] = value[4] = zero;
     while (GM_ANY(valid)) {
-        int first = GTAOI_NAME(gtaoi_first)(GM_BITS(valid)), column = x0 + (int)steps[first], row = (int)rows[first];
-        GM lanes = GM_AND(valid, GM_AND(GV_EQ(step_x, GV_SET(steps[first])), GV_EQ(by, GV_SET(rows[first]))));
-        for (j = 0; j < 2; j++) {
-            const float *heights = gtaoi_plane_row(f, f->height_before, row + j) + column;
-            const float *history = gtaoi_plane_row(f, f->history_before, row + j) + column;
-            GV wy = j ? fy : GV_SUB(one, fy), dy = GV_SUB(GV_SET((float)j), fy);
-            for (i = 0; i < 2; i++, heights++, history++) {
-                GV share = GV_MUL(i ? fx : GV_SUB(one, fx), wy), w, expected;
-                GM used = GM_AND(lanes, GV_LT(zero, share));
+        int first = gtaoi_lowest(GM_BITS(valid));
+        GM near_x = GV_LE(GV_ABS(GV_SUB(step_x, GV_SET(steps[first]))), one), lanes = GM_AND(valid, near_x);
+        GM near_y = GV_LE(GV_ABS(GV_SUB(by, GV_SET(rows[first]))), one);
+        lanes = GM_AND(lanes, near_y);
+        for (j = -1; j < 3; j++) {
+            int row = (int)rows[first] + j, column = x0 + (int)steps[first] - 1;
+            GV dy = GV_SUB(GV_SET((float)row), py), wy = GV_MAX(GV_SUB(one, GV_ABS(dy)), zero), expected;
+            const float *heights, *history;
+            if (!GM_ANY(GM_AND(lanes, GV_LT(zero, wy))))
+                continue;
+            heights = gtaoi_plane_row(f, f->height_before, row) + column;
+            history = gtaoi_plane_row(f, f->history_before, row) + column;
+            expected = GV_ADD(pw, GV_MUL(gy, dy));
+            for (i = 0; i < 4; i++, heights++, history++) {
+                GV dx = GV_SUB(GV_SET(steps[first] - 1.0f + (float)i), shift), w, share;
+                GM used;
+                share = GV_MUL(GV_MAX(GV_SUB(one, GV_ABS(dx)), zero), wy);
+                used = GM_AND(lanes, GV_LT(zero, share));
                 if (!GM_ANY(used))
                     continue;
                 w = GV_LOAD(heights);
-                expected = GV_ADD(GV_ADD(pw, GV_MUL(gx, GV_SUB(GV_SET((float)i), fx))), GV_MUL(gy, dy));
                 used = GM_AND(used, GV_LT(limit, w));
-                w = GV_SUB(one, GV_MUL(GV_SUB(w, expected), inv));
+                w = GV_SUB(one, GV_MUL(GV_SUB(w, GV_ADD(expected, GV_MUL(gx, dx))), inv));
                 share = GV_IF(used, GV_MUL(share, GV_MIN(GV_MAX(w, zero), one)));
-                h->weight = GV_ADD(h->weight, share);
-                h->length = GV_ADD(h->length, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_LENGTH * f->plane)));
-                h->speed = GV_ADD(h->speed, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_SPEED * f->plane)));
-                h->last = GV_ADD(h->last, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_LAST * f->plane)));
-                h->deviation =
-                    GV_ADD(h->deviation, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_DEVIATION * f->plane)));
-                for (k = 0; k < planes; k++)
-                    if (k != GTAOI_HISTORY_LENGTH)
-                        h->value[k] =
-                            GV_ADD(h->value[k], GV_MUL(share, GV_SUB(GV_LOAD(history + k * f->plane), now[k])));
+                weight = GV_ADD(weight, share);
+                length = GV_ADD(length, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_LENGTH * f->plane)));
+                speed = GV_ADD(speed, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_SPEED * f->plane)));
+                last = GV_ADD(last, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_LAST * f->plane)));
+                deviation = GV_ADD(deviation, GV_MUL(share, GV_LOAD(history + GTAOI_HISTORY_DEVIATION * f->plane)));
+                value[0] = GV_ADD(value[0], GV_MUL(share, GV_SUB(GV_LOAD(history), now[0])));
+                if (f->bent) {
+                    GTAOI_UNROLL
+                    for (k = 2; k < 5; k++)
+                        value[k] = GV_ADD(value[k],
+                                          GV_MUL(share, GV_SUB(GV_LOAD(history + more + (k - 2) * f->plane), now[k])));
+                }
             }
         }
         valid = GM_ANDNOT(valid, lanes);
     }
+    h->weight = weight, h->length = length, h->speed = speed, h->last = last, h->deviation = deviation;
+    h->value[0] = value[0], h->value[1] = zero, h->value[2] = value[2], h->value[3] = value[3], h->value[4] = value[4];
 }
 
 /* [J16] exponential accumulation. A pixel's history counts its frames, so that the first ones are averaged; it is at
  * most max_history frames long, less for what moves. */
-GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int y0, int y1) {
+GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, int y0, int y1) {
     GTAOI_NO_CONTRACT
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), quarter = GV_SET(0.25f), most = GV_SET((float)f->f.max_history);
     const GV at_speed = GV_SET(gtaoi_min((float)f->f.max_history, 8.0f));
-    int x, y, j, k, planes = f->bent ? 5 : 1;
+    const ptrdiff_t more_now = gtaoi_signal_set(f, set), more = gtaoi_history_set(f, set);
+    const int planes = f->bent ? 5 : 1, kept = 5 + 3 * gtaoi_imax(f->sets, 1);
+    int x, y, j, k;
     for (y = y0; y < y1; y++) {
         const float *heights[5], *signal[3];
         float *to = f->history_now + (ptrdiff_t)y * f->pitch;
@@ -6691,21 +8601,23 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int y0, in
             if (x % GTAOI_TILE_W == 0 && f->rest[y / GTAOI_TILE_H * f->tiles_x + x / GTAOI_TILE_W]) {
                 const float *from = f->history_before + (ptrdiff_t)y * f->pitch + x;
                 size_t n = (size_t)gtaoi_imin(GTAOI_TILE_W, f->width - x) * sizeof(float);
-                for (k = 0; k < GTAOI_HISTORY_PLANES; k++)
-                    memcpy(to + k * f->plane + x, from + k * f->plane, n);
+                /* once both histories hold it, it stands */
+                if (f->still[y / GTAOI_TILE_H * f->tiles_x + x / GTAOI_TILE_W] <= GTAOI_AT_REST + 1 || f->f.no_skip)
+                    for (k = set ? kept : 0; k < kept; k++)
+                        memcpy(to + k * f->plane + x, from + k * f->plane, n);
                 x += GTAOI_TILE_W - GTAOI_W;
                 continue;
             }
-            for (k = 0; k < planes; k++)
-                now[k] = GV_LOAD(signal[1] + k * f->plane + x);
+            for (k = 0; k < planes; k += k ? 1 : 2)
+                now[k] = GV_LOAD(signal[1] + (k ? more_now + (k - 2) * f->plane : 0) + x);
             valid = GTAOI_NAME(gtaoi_reproject)(f, column, row, x, y, w0, &px, &py, &pw);
             if (f->moved || f->f.motion)
                 GTAOI_NAME(gtaoi_slope)(heights, x, w0, GTAOI_NAME(gtaoi_tolerance)(f, w0), &gx, &gy, &bend);
-            GTAOI_NAME(gtaoi_fetch_history)(f, x, valid, px, py, pw, gx, gy, now, &h);
+            GTAOI_NAME(gtaoi_fetch_history)(f, set, x, valid, px, py, pw, gx, gy, now, &h);
 
             has = GV_LT(GV_SET(1.0f / 16.0f), h.weight);
             limit = GV_DIV(one, GV_SELECT(has, h.weight, one));
-            for (k = 0; k < planes; k++)
+            for (k = 0; k < planes; k += k ? 1 : 2)
                 past[k] = GV_SELECT(has, GV_ADD(now[k], GV_MUL(h.value[k], limit)), now[k]);
             /* Shorter by the taps that were rejected, and by the detail that reading between pixels costs. */
             length = GV_IF(has, GV_MUL(h.length, GV_SUB(one, GV_MUL(h.blur, GV_SET(GTAOI_BLUR_COST)))));
@@ -6723,6 +8635,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int y0, in
                 /* the four 2x2 means around the pixel, as bilinear taps at its corners fetch them; and what one frame
                  * deviates from the history by chance */
                 GV means[4], least, greatest, window, clamped, part;
+                GTAOI_UNROLL
                 for (j = 0; j < 4; j++) {
                     const float *across = signal[1] + x, *down = signal[j & 2] + x;
                     int side = j & 1 ? 1 : -1;
@@ -6756,15 +8669,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int y0, in
                 GV_MAX(GV_SUB(most, GV_MUL(speed, GV_SET((float)(f->f.max_history - 8) * (1.0f / 16.0f)))), at_speed);
             length = GV_ADD(GV_MIN(length, GV_SUB(limit, one)), one);
             alpha = GV_DIV(one, length);
-            for (k = 0; k < planes; k++)
-                if (k != GTAOI_HISTORY_LENGTH)
-                    GV_STORE(to + k * f->plane + x, GV_ADD(past[k], GV_MUL(alpha, GV_SUB(now[k], past[k]))));
+            for (k = 0; k < planes; k += k ? 1 : 2)
+                GV_STORE(to + (k ? more + (k - 2) * f->plane : 0) + x,
+                         GV_ADD(past[k], GV_MUL(alpha, GV_SUB(now[k], past[k]))));
             GV_STORE(to + GTAOI_HISTORY_LENGTH * f->plane + x, length);
             GV_STORE(to + GTAOI_HISTORY_SPEED * f->plane + x, speed);
             GV_STORE(to + GTAOI_HISTORY_LAST * f->plane + x, now[0]);
             GV_STORE(to + GTAOI_HISTORY_DEVIATION * f->plane + x, deviation);
         }
-        for (k = 0; k < GTAOI_HISTORY_PLANES; k++)
+        for (k = 0; k < kept; k++)
             gtaoi_pad_plane(f, to + k * f->plane, 0);
     }
 }
@@ -6802,45 +8715,116 @@ GTAOI_FI void GTAOI_NAME(gtaoi_unit_bent)(const gtao_context *c, GV b[3], const 
 typedef struct GTAOI_TAPS {
     const float *height[4]; /* the blocks' heights and signals */
     const float *signal[4];
-    GV slack; /* what the slope of the surface alone makes of the difference between a block and its pixels */
+    GV rise[4];  /* from the pixel to the middle of the block, where both are of one surface */
+    GV alike[4]; /* how well their normals fit */
+    GM crease;   /* whether any fits badly */
 } GTAOI_TAPS;
 
-GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TAPS *taps, int i, GV w, GV *out) {
+GTAOI_FI GV GTAOI_NAME(gtaoi_dot)(const GV a[3], const GV b[3]) {
+    GTAOI_NO_CONTRACT
+    return GV_ADD(GV_ADD(GV_MUL(a[0], b[0]), GV_MUL(a[1], b[1])), GV_MUL(a[2], b[2]));
+}
+
+/* How well the normals of the blocks fit that of one of the caller's pixels, column + 2 lane of row y; 1 everywhere, and
+ * the caller's normals are not read, where those of the blocks are alike. n: normals of the four blocks. */
+GTAOI_FN void GTAOI_NAME(gtaoi_alike)(const gtao_frame_context *f, GTAOI_TAPS *taps, GV n[4][3], GM solid, int column,
+                                      int y) {
+    GTAOI_NO_CONTRACT
+    const gtao_desc *d = &f->full.d;
+    const GV one = GV_SET(1.0f), zero = GV_SET(0.0f);
+    GV least = one, own[3], len2, scale;
+    GM known, given[4];
+    float values[3][GTAOI_W];
+    int i, k, t;
+    GTAOI_UNROLL
+    for (t = 0; t < 4; t++) {
+        given[t] = GV_LT(GV_SET(0.5f), GTAOI_NAME(gtaoi_dot)(n[t], n[t])); /* or 0: unknown */
+        least = GV_SELECT(GM_AND(given[0], given[t]), GV_MIN(least, GTAOI_NAME(gtaoi_dot)(n[0], n[t])), least);
+    }
+    taps->crease = GM_AND(solid, GV_LT(least, GV_SET(0.9f)));
+    if (!GM_ANY(taps->crease))
+        return;
+    for (i = 0; i < GTAOI_W; i++) {
+        const char *row = (const char *)d->normals + (ptrdiff_t)y * d->normal_stride;
+        const float *from = (const float *)(const void *)row +
+                            (ptrdiff_t)gtaoi_imin(column + 2 * i, d->width - 1) * d->normal_components;
+        for (k = 0; k < 3; k++)
+            values[k][i] = from[k];
+    }
+    for (k = 0; k < 3; k++)
+        own[k] = GV_LOAD(values[k]);
+    len2 = GTAOI_NAME(gtaoi_dot)(own, own);
+    known = GM_AND(GV_LE(GV_SET(1e-30f), len2), GV_LE(len2, GV_SET(FLT_MAX)));
+    scale = GV_DIV(one, GV_SQRT(GV_SELECT(known, len2, one)));
+    taps->crease = GM_AND(taps->crease, known);
+    GTAOI_UNROLL
+    for (t = 0; t < 4; t++) { /* all at 26 degrees, nothing at 60 */
+        GV dot = GTAOI_NAME(gtaoi_dot)(own, n[t]);
+        dot = GV_MIN(GV_MAX(GV_MUL(GV_SUB(GV_MUL(dot, scale), GV_SET(0.5f)), GV_SET(2.5f)), zero), one);
+        taps->alike[t] = GV_SELECT(GM_AND(taps->crease, given[t]), dot, one);
+    }
+}
+
+/* What the height rises from a block to the next, along x or y, by the smoother side; 0 where neither side belongs to
+ * it. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_step)(GV before, GV w, GV after, GV tolerance) {
+    GTAOI_NO_CONTRACT
+    GV a = GV_SUB(w, before), b = GV_SUB(after, w), step = GV_SELECT(GV_LE(GV_ABS(a), GV_ABS(b)), a, b);
+    GM trusted = GV_LE(GV_MIN(GV_ABS(GV_SUB(a, b)), GV_ABS(step)), tolerance);
+    return GV_IF(trusted, step);
+}
+
+/* `inv`: one over the tolerance; `more_at`: where the three further planes begin. */
+GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TAPS *taps, int i, GV w, GV inv,
+                                     ptrdiff_t more_at, GV *out) {
     GTAOI_NO_CONTRACT
     static const float bilinear[4] = {9.0f / 16.0f, 3.0f / 16.0f, 3.0f / 16.0f, 1.0f / 16.0f};
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
-    GV tolerance = GV_ADD(GTAOI_NAME(gtaoi_tolerance)(f, w), taps->slack), inv, total = zero;
-    GV sum[5];
-    int t, k, planes = f->bent ? 5 : 1;
-    GM solid = GV_LT(limit, w);
-    for (k = 0; k < planes; k++)
-        out[k] = GV_LOAD(taps->signal[0] + k * f->plane + i), sum[k] = zero;
-    inv = GV_DIV(one, tolerance);
-    for (t = 0; t < 4; t++) {
-        GV tap = GV_LOAD(taps->height[t] + i), e = GV_MUL(GV_ABS(GV_SUB(tap, w)), inv), share, close;
-        /* full weight up to the tolerance, none at twice that; if all are beyond, the closest */
-        share = GV_MIN(GV_MAX(GV_SUB(GV_SET(2.0f), e), zero), one);
-        close = GV_DIV(GV_SET(1.0f / 64.0f), GV_ADD(one, e));
-        close = GV_MUL(close, close);
-        share = GV_MUL(GV_ADD(share, GV_MUL(close, close)), GV_SET(bilinear[t]));
-        share = GV_IF(GV_LT(limit, tap), share);
-        total = GV_ADD(total, share);
-        for (k = 0; k < planes; k++)
-            if (k != GTAOI_SIGNAL_WEIGHT)
-                sum[k] = GV_ADD(sum[k], GV_MUL(share, GV_SUB(GV_LOAD(taps->signal[t] + k * f->plane + i), out[k])));
+    GV total = zero, share[4], away[4], least;
+    int t, k, planes = f->bent ? 5 : 1, same;
+    GM solid = GV_LT(limit, w), fits;
+    GTAOI_UNROLL
+    for (t = 0; t < 4; t++)
+        away[t] = GV_MUL(GV_ABS(GV_SUB(GV_LOAD(taps->height[t] + i), GV_ADD(w, taps->rise[t]))), inv);
+    fits = GV_LE(GV_MAX(GV_MAX(away[0], away[1]), GV_MAX(away[2], away[3])), one);
+    same = !GM_ANY(GM_OR(GM_ANDNOT(solid, fits), taps->crease));
+    GTAOI_UNROLL
+    for (t = 0; t < 4; t++)
+        share[t] = GV_SET(bilinear[t]);
+    if (!same) { /* full weight up to the tolerance, none at twice that; if all are beyond, the closest */
+        least = GV_MIN(GV_MIN(away[0], away[1]), GV_MIN(away[2], away[3]));
+        GTAOI_UNROLL
+        for (t = 0; t < 4; t++) {
+            away[t] = GV_MAX(GV_SUB(GV_SET(2.0f), away[t]), GV_IF(GV_LE(away[t], least), GV_SET(1e-6f)));
+            away[t] = GV_MIN(GV_MAX(away[t], zero), one);
+            if (GM_ANY(taps->crease))
+                away[t] = GV_MAX(GV_MUL(away[t], taps->alike[t]), GV_IF(GV_LT(zero, away[t]), GV_SET(1e-6f)));
+            away[t] = GV_MUL(away[t], share[t]);
+            total = GV_ADD(total, away[t]);
+        }
+        total = GV_DIV(one, total); /* 1 to the bit where all fit */
+        GTAOI_UNROLL
+        for (t = 0; t < 4; t++)
+            share[t] = GV_MUL(away[t], total);
     }
-    inv = GV_DIV(one, total);
-    solid = GM_AND(solid, GV_LT(zero, total));
-    for (k = 0; k < planes; k++)
-        out[k] = GV_ADD(out[k], GV_IF(solid, GV_MUL(sum[k], inv)));
-    out[0] = GV_SELECT(GV_LT(limit, w), out[0], one);
+    for (k = 0; k < planes; k += k ? 1 : 2) {
+        ptrdiff_t plane = k ? more_at + (k - 2) * f->plane : 0;
+        GV own = GV_LOAD(taps->signal[0] + plane + i), more = zero;
+        GTAOI_UNROLL
+        for (t = 1; t < 4; t++)
+            more = GV_ADD(more, GV_MUL(share[t], GV_SUB(GV_LOAD(taps->signal[t] + plane + i), own)));
+        out[k] = GV_ADD(own, GV_IF(solid, more));
+    }
+    out[0] = GV_SELECT(solid, out[0], one);
 }
 
-/* Joint bilateral upsampling and output; [y0, y1) are rows of the filters. */
-GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, int y1) {
+/* Joint bilateral upsampling and output; [y0, y1) are rows of the filters. The first set is the bent normal, the others
+ * are three spherical harmonics each. */
+GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int set, int y0, int y1) {
     GTAOI_NO_CONTRACT
     const gtao_context *c = &f->full;
     const GV zero = GV_SET(0.0f);
+    const ptrdiff_t more = f->temporal ? gtaoi_history_set(f, set) : gtaoi_signal_set(f, set);
     int x, x0, y, i, j, k, r, s = f->scale, planes = f->bent ? 5 : 1;
     for (y = y0; y < y1; y++)
         for (r = 0; r < s && y * s + r < c->d.height; r++)
@@ -6861,18 +8845,24 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
                     GV pixel[2][5];
                     x = x0 + i;
                     if (s == 1) {
-                        for (k = 0; k < planes; k++)
-                            pixel[0][k] = GV_LOAD(v[1] + k * f->plane + x);
+                        for (k = 0; k < planes; k += k ? 1 : 2)
+                            pixel[0][k] = GV_LOAD(v[1] + (k ? more + (k - 2) * f->plane : 0) + x);
                     } else {
                         int other = r ? 2 : 0;
-                        GV w0 = GV_LOAD(h[1] + x), w[2], slope_x, slope_y;
-                        slope_x = GV_MIN(GV_ABS(GV_SUB(w0, GV_LOAD(h[1] + x - 1))),
-                                         GV_ABS(GV_SUB(w0, GV_LOAD(h[1] + x + 1))));
-                        slope_y = GV_MIN(GV_ABS(GV_SUB(w0, GV_LOAD(h[0] + x))), GV_ABS(GV_SUB(w0, GV_LOAD(h[2] + x))));
-                        even.slack = GV_MUL(GV_ADD(slope_x, slope_y), GV_SET(1.25f));
-                        even.slack =
-                            GV_MIN(even.slack, GV_MAX(GV_MUL(GTAOI_NAME(gtaoi_tolerance)(f, w0), GV_SET(2.0f)), zero));
-                        odd.slack = even.slack;
+                        GV w0 = GV_LOAD(h[1] + x), w[2], rise_x, rise_y, own_x, own_y, tolerance, inv;
+                        /* the sky never fits */
+                        tolerance = GV_MIN(GTAOI_NAME(gtaoi_tolerance)(f, GV_MAX(w0, zero)), GV_SET(1e28f));
+                        inv = GV_DIV(GV_SET(1.0f), GV_MAX(tolerance, GV_SET(1e-28f)));
+                        rise_x = GTAOI_NAME(gtaoi_step)(GV_LOAD(h[1] + x - 1), w0, GV_LOAD(h[1] + x + 1), tolerance);
+                        rise_y = GTAOI_NAME(gtaoi_step)(GV_LOAD(h[0] + x), w0, GV_LOAD(h[2] + x), tolerance);
+                        if (r) /* upwards for the upper row, downwards for the lower */
+                            rise_y = GV_SUB(zero, rise_y);
+                        own_x = GV_MUL(rise_x, GV_SET(0.25f)), own_y = GV_MUL(rise_y, GV_SET(0.25f));
+                        rise_x = GV_MUL(rise_x, GV_SET(-0.75f)), rise_y = GV_MUL(rise_y, GV_SET(-0.75f));
+                        even.rise[0] = GV_ADD(own_y, own_x), odd.rise[0] = GV_SUB(own_y, own_x);
+                        even.rise[1] = GV_ADD(own_y, rise_x), odd.rise[1] = GV_SUB(own_y, rise_x);
+                        even.rise[2] = GV_ADD(rise_y, own_x), odd.rise[2] = GV_SUB(rise_y, own_x);
+                        even.rise[3] = GV_ADD(rise_y, rise_x), odd.rise[3] = GV_SUB(rise_y, rise_x);
                         even.height[0] = odd.height[0] = h[1], even.signal[0] = odd.signal[0] = v[1];
                         even.height[2] = odd.height[2] = h[other], even.signal[2] = odd.signal[2] = v[other];
                         even.height[1] = h[1] - 1, even.height[3] = h[other] - 1;
@@ -6880,10 +8870,26 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
                         odd.height[1] = h[1] + 1, odd.height[3] = h[other] + 1;
                         odd.signal[1] = v[1] + 1, odd.signal[3] = v[other] + 1;
                         GTAOI_NAME(gtaoi_load2)(heights + 2 * i, &w[0], &w[1]);
-                        GTAOI_NAME(gtaoi_join)(f, &even, x, w[0], pixel[0]);
-                        GTAOI_NAME(gtaoi_join)(f, &odd, x, w[1], pixel[1]);
+                        even.crease = odd.crease = GV_LT(zero, zero);
+                        if (c->d.normals && f->f.upsample_normals) {
+                            const float *at = f->normals + (ptrdiff_t)y * f->pitch + x;
+                            ptrdiff_t down = r ? f->pitch : -f->pitch;
+                            GV n[4][3], m[4][3];
+                            if (y + 2 * r - 1 < 0 || y + 2 * r - 1 >= f->height)
+                                down = 0;
+                            for (k = 0; k < 3; k++, at += f->plane) {
+                                n[0][k] = m[0][k] = GV_LOAD(at), n[2][k] = m[2][k] = GV_LOAD(at + down);
+                                n[1][k] = GV_LOAD(at - 1), n[3][k] = GV_LOAD(at + down - 1);
+                                m[1][k] = GV_LOAD(at + 1), m[3][k] = GV_LOAD(at + down + 1);
+                            }
+                            GTAOI_NAME(gtaoi_alike)(f, &even, n, GV_LT(GV_SET(GTAOI_SKY_LIMIT), w[0]), 2 * x, full_y);
+                            GTAOI_NAME(gtaoi_alike)
+                            (f, &odd, m, GV_LT(GV_SET(GTAOI_SKY_LIMIT), w[1]), 2 * x + 1, full_y);
+                        }
+                        GTAOI_NAME(gtaoi_join)(f, &even, x, w[0], inv, more, pixel[0]);
+                        GTAOI_NAME(gtaoi_join)(f, &odd, x, w[1], inv, more, pixel[1]);
                     }
-                    if (f->bent) {
+                    if (f->bent && !set) {
                         GV n[3];
                         for (k = 0; k < 3; k++)
                             n[k] =
@@ -6913,9 +8919,33 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int y0, in
                                 GTAOI_NAME(gtaoi_store2)(to, pixel[0][k], pixel[1][k]);
                         }
                 }
-                for (i = 0; f->bent && i < count; i++)
-                    bent[3 * i] = planar[1][i], bent[3 * i + 1] = planar[2][i], bent[3 * i + 2] = planar[3][i];
-                gtaoi_store(c, x0 * s, full_y, count, planar[0], bent, 0);
+                if (set) {
+                    for (k = 0; k < 3 && 3 * (set - 1) + k < gtaoi_sh_count(&c->o); k++)
+                        memcpy((char *)c->o.sh + (3 * (set - 1) + k) * c->o.sh_plane_stride +
+                                   (ptrdiff_t)full_y * c->o.sh_stride + (ptrdiff_t)(x0 * s) * 4,
+                               planar[k + 1], (size_t)count * 4);
+                    continue;
+                }
+                for (i = 0; f->bent && i < count; i += GTAOI_W) {
+                    int to = c->o.bent_normals && !c->o.packed, last = gtaoi_imin(GTAOI_W, count - i) - 1;
+                    float records[4 * GTAOI_W], *at = bent + 3 * i;
+                    GV rows[4];
+                    GTAOI_UNROLL
+                    for (k = 0; k < 4; k++)
+                        rows[k] = GV_LOAD(planar[(k + 1) & 3] + i);
+                    GTAOI_NAME(gtaoi_store4)(records, 4, rows);
+                    if (to) /* straight to the caller */
+                        at = (float *)(void *)((char *)c->o.bent_normals + (ptrdiff_t)full_y * c->o.bent_stride) +
+                             (x0 * s + i) * c->o.bent_components;
+                    if (to && c->o.bent_components == 4) {
+                        memcpy(at, records, (size_t)(last + 1) * 16);
+                    } else {
+                        for (k = 0; k < last; k++) /* a fourth component too many, which the next one overwrites */
+                            memcpy(at + 3 * k, records + 4 * k, 16);
+                        memcpy(at + 3 * last, records + 4 * last, 12);
+                    }
+                }
+                gtaoi_store(c, x0 * s, full_y, count, planar[0], c->o.packed ? bent : 0, 0);
             }
 }
 #endif /* GTAOI_KERNELS */

@@ -5,6 +5,7 @@
 #include "gtao.h"
 
 #include "cli.h"
+#include "dump.h"
 #include "image.h"
 #include "pool.h"
 
@@ -35,6 +36,7 @@ enum {
     OPT_RADIUS,
     OPT_FALLOFF,
     OPT_MAX_RADIUS_PX,
+    OPT_TOLERANCE,
     OPT_THIN_BLEND,
     OPT_THICKNESS,
     OPT_THICKNESS_MAP,
@@ -43,6 +45,8 @@ enum {
     OPT_PRESET,
     OPT_SLICES,
     OPT_STEPS,
+    OPT_ERROR_TARGET,
+    OPT_BUDGET_MS,
     OPT_ESTIMATOR,
     OPT_WEIGHTING,
     OPT_NOISE,
@@ -59,12 +63,13 @@ enum {
     OPT_NO_SKIP,
     OPT_REPEAT,
     OPT_STATS,
+    OPT_DUMP,
     OPT_COUNT
 };
 
 typedef struct options {
-    const char *depth, *normal, *output, *bent, *sh, *stats; /* files */
-    const char *sequence, *camera;                           /* pattern of the depth files; motion of the camera */
+    const char *depth, *normal, *output, *bent, *sh, *stats, *dump; /* files */
+    const char *sequence, *camera; /* pattern of the depth files; motion of the camera */
     const char *thickness_map, *layer[GTAO_MAX_LAYERS], *back[1 + GTAO_MAX_LAYERS]; /* backs: of the depth first */
     int layers;
     int depth_kind;
@@ -72,7 +77,8 @@ typedef struct options {
     cli_axes normal_axes; /* which of the file's axes the library's x, y, z are read from */
     float normal_to_view[9];
     float focal[2], center[2], fov_y_degrees, pixel_size;
-    float radius, falloff, thin_blend, thickness, albedo[3];
+    float radius, falloff, tolerance, thin_blend, thickness, albedo[3];
+    float error_target, budget_ms;
     int max_radius_px, preset, slices, steps, estimator, weighting, noise, frame, border, isa;
     int half, denoise, no_skip;
     int threads, repeat;
@@ -142,6 +148,8 @@ static const cli_option option_table[OPT_COUNT] = {
                      CLI_FLOAT(options, falloff, 0, 1, "0..1")},
     [OPT_MAX_RADIUS_PX] = {"--max-radius-px", "N", "cap of the search in pixels (0: none)",
                            CLI_INTEGER(options, max_radius_px, 0, 1 << 20, "an integer, 0 or more")},
+    [OPT_TOLERANCE] = {"--tolerance", "E", "error of the visibility that may be traded for speed, 0..1 (0)",
+                       CLI_FLOAT(options, tolerance, 0, 1, "0..1")},
     [OPT_THIN_BLEND] = {"--thin-blend", "B", "thickness heuristic of [J16], 0..1 (0: off)",
                         CLI_FLOAT(options, thin_blend, 0, 1, "0..1")},
     [OPT_THICKNESS] = {"--thickness", "T", "occluders are slabs of T world units (0: height field)",
@@ -157,6 +165,11 @@ static const cli_option option_table[OPT_COUNT] = {
     [OPT_SLICES] = {"--slices", "N", "directions per pixel, 1..64", CLI_INTEGER(options, slices, 1, 64, NULL)},
     [OPT_STEPS] = {"--steps", "N", "samples a side of a slice, 1..256; 0: every pixel",
                    CLI_INTEGER(options, steps, 0, 256, NULL)},
+    [OPT_ERROR_TARGET] = {"--error-target", "E",
+                          "instead: effort where the image needs it, for an RMSE of E (such as 0.04)",
+                          CLI_FLOAT(options, error_target, CLI_ABOVE_0, 1, "above 0, up to 1")},
+    [OPT_BUDGET_MS] = {"--budget-ms", "MS", "the same, for the least error in MS milliseconds",
+                       CLI_FLOAT(options, budget_ms, CLI_ABOVE_0, 1e9, "a time above 0")},
     [OPT_ESTIMATOR] = {"--estimator", "normalized|memo", "(normalized)", CLI_CHOICE(options, estimator, estimators)},
     [OPT_WEIGHTING] = {"--weighting", "cosine|uniform", "(cosine)", CLI_CHOICE(options, weighting, weightings)},
     [OPT_NOISE] = {"--noise", "memo|hilbert|none", "(memo)", CLI_CHOICE(options, noise, noises)},
@@ -183,6 +196,8 @@ static const cli_option option_table[OPT_COUNT] = {
     [OPT_REPEAT] = {"--repeat", "N", "compute N times, report medians (1)",
                     CLI_INTEGER(options, repeat, 1, 100000, NULL)},
     [OPT_STATS] = {"--stats", "FILE", "write times and counts as JSON", CLI_OUTPUT(options, stats, NULL)},
+    [OPT_DUMP] = {"--dump", "DIR", "also write what lies between the stages, for ports to compare: docs/porting.md",
+                  CLI_TEXT(options, dump)},
 };
 
 static const cli_program program = {
@@ -337,6 +352,8 @@ static int check_options(const options *o) {
         return cli_error("--depth: required, see --help");
     if (!o->output)
         return cli_error("-o: required, see --help");
+    if (o->dump && o->given[OPT_REPEAT])
+        return cli_error("--dump: cannot be combined with --repeat");
     for (int i = 0; i < 3; ++i)
         if (o->given[cameras[i]]) {
             if (count++)
@@ -363,6 +380,15 @@ static int check_options(const options *o) {
     for (int id = OPT_NORMAL_AXES; id <= OPT_NORMAL_TO_VIEW; ++id)
         if (o->given[id] && !o->normal)
             return cli_error("%s: only with --normal", option_table[id].name);
+    if (o->given[OPT_ERROR_TARGET] || o->given[OPT_BUDGET_MS]) {
+        static const int others[] = {OPT_PRESET, OPT_SLICES, OPT_STEPS, OPT_HALF, OPT_DENOISE, OPT_SEQUENCE};
+        const int id = o->given[OPT_ERROR_TARGET] ? OPT_ERROR_TARGET : OPT_BUDGET_MS;
+        for (size_t i = 0; i < sizeof others / sizeof *others; ++i)
+            if (o->given[others[i]])
+                return cli_error("%s: cannot be combined with %s", option_table[id].name, option_table[others[i]].name);
+        if (o->noise != GTAO_NOISE_MEMO)
+            return cli_error("%s: needs --noise memo", option_table[id].name);
+    }
     if (o->given[OPT_SKY] && o->depth_kind == GTAO_DEPTH_HEIGHT)
         return cli_error("--sky: not with --depth-kind height");
     if (o->sh && (o->half || o->denoise > 0 || o->sequence))
@@ -397,8 +423,11 @@ typedef struct job {
     float (*cameras)[12];  /* world to view, of each frame */
     uint32_t first, count; /* frames of a sequence; 0 and 1 otherwise */
 
+    dump *dump; /* or null */
+
     int stages;
     const char *stage_names[STAGES_MAX];
+    double deadline; /* of refine_rows, by cli_seconds */
     int run, runs;
     cli_progress progress;
     gtao_stats total;
@@ -502,6 +531,9 @@ static void set_desc(job *j) {
     desc->slices = o->slices;
     desc->steps = o->steps;
     desc->every_pixel = o->given[OPT_STEPS] && o->steps == 0;
+    desc->tolerance = o->tolerance;
+    desc->no_skip = o->no_skip ? (unsigned)GTAO_SKIP_ALL : 0;
+    desc->error_target = o->given[OPT_ERROR_TARGET] ? o->error_target : o->given[OPT_BUDGET_MS] ? 1e-6f : 0.0f;
     desc->thin_blend = o->thin_blend;
     desc->thickness = o->thickness;
     desc->thickness_map = j->thickness.data;
@@ -524,7 +556,7 @@ static void set_desc(job *j) {
     j->frame.spatial_passes = o->denoise;
     j->frame.no_spatial = o->denoise == 0 && (!o->sequence || o->given[OPT_DENOISE]);
     j->frame.no_temporal = !o->sequence;
-    j->frame.no_skip = o->no_skip;
+    j->frame.no_skip = o->no_skip || o->dump; /* the same results, but all that lies between */
 }
 
 /* The option behind a field of the descriptor that the library refuses. */
@@ -558,6 +590,10 @@ static const char *option_of(const options *o, gtao_result result) {
         return "--slices";
     case GTAO_ERROR_STEPS:
         return "--steps";
+    case GTAO_ERROR_ALLOWED:
+        return "--tolerance";
+    case GTAO_ERROR_TARGET:
+        return o->given[OPT_ERROR_TARGET] ? "--error-target" : "--budget-ms";
     case GTAO_ERROR_THIN_BLEND:
         return "--thin-blend";
     case GTAO_ERROR_THICKNESS:
@@ -585,25 +621,68 @@ static int library_error(const job *j, gtao_result result) {
     return cli_error("%s: %s", option_of(j->options, result), gtao_result_string(result));
 }
 
+static int dump_error(const image_error *error) {
+    return cli_error("--dump %s", error->text);
+}
+
+/* Memory for what only the dump needs. */
+static int begin_dump(job *j) {
+    const options *o = j->options;
+    image_error error;
+    int scale = o->half ? 2 : 1;
+    j->dump = dump_create(o->dump, &error);
+    return j->dump && dump_planes(j->dump, (j->desc.width + scale - 1) / scale, (j->desc.height + scale - 1) / scale,
+                                  gtao_desc_slices(&j->desc),
+                                  o->thickness > 0.0f || o->thickness_map || o->layers || o->back[0], !j->framed,
+                                  &j->output, &error)
+               ? 1
+               : dump_error(&error);
+}
+
+/* What is known before the stages. */
+static int dump_inputs(job *j) {
+    char name[16];
+    image_error error;
+    snprintf(name, sizeof name, "%04lu", (unsigned long)j->first + (unsigned long)j->run);
+    return (!j->options->sequence || dump_frame(j->dump, name, &error)) &&
+                   dump_input(j->dump, &j->frame.desc, j->framed ? &j->frame : NULL, &error)
+               ? 1
+               : dump_error(&error);
+}
+
+static int dump_outputs(job *j) {
+    static const float albedo[3] = {0.9f, 0.5f, 0.05f};
+    const options *o = j->options;
+    const gtao_context *whole = j->framed ? gtao_frame_image(j->frame_context) : j->context;
+    image_error error;
+    int ok = j->framed || (dump_search(j->dump, whole, whole, &j->output, &error) &&
+                           dump_signal(j->dump, whole, j->output.signal, j->output.signal_planes, &error));
+    ok = ok && dump_result(j->dump, whole, j->visibility.data, j->bent.data, j->sh_planes,
+                           o->half ? NULL : j->output.surface, o->given[OPT_ALBEDO] ? o->albedo : albedo, &error);
+    return ok ? 1 : dump_error(&error);
+}
+
 static int allocate(job *j) {
     const options *o = j->options;
     image_error error;
     int w = j->depth.width, h = j->depth.height;
     int ok = image_create(&j->visibility, w, h, 1, &error);
-    ok = ok && (!o->bent || image_create(&j->bent, w, h, 3, &error));
+    ok = ok && (!(o->bent || o->dump) || image_create(&j->bent, w, h, 3, &error));
     ok = ok && (!o->sh || image_create(&j->sh, w, h, 9, &error));
     ok = ok && (!o->given[OPT_ALBEDO] || image_create(&j->color, w, h, 3, &error));
     if (!ok)
         return cli_error("--depth %s: %s", o->depth, error.text);
     j->output.visibility = j->visibility.data;
     j->output.bent_normals = j->bent.data;
-    if (o->sh) {
-        j->sh_planes = malloc(sizeof(float) * 9 * (size_t)w * (size_t)h); /* as large as j->sh.data, which is there */
+    if (o->sh || (o->dump && !j->framed)) {
+        j->sh_planes = malloc(sizeof(float) * 9 * (size_t)w * (size_t)h);
         if (!j->sh_planes)
-            return cli_error("--sh %s: not enough memory", o->sh);
+            return cli_error("--depth %s: not enough memory", o->depth);
     }
     j->output.sh = j->sh_planes;
 
+    if (o->dump && !begin_dump(j))
+        return 0;
     j->scratch_size = j->framed ? gtao_frame_state_size(&j->frame) : gtao_scratch_size(&j->desc);
     if (j->scratch_size == 0) {
         gtao_result why = gtao_begin(&j->desc, &j->output, NULL, 0, &j->context);
@@ -626,6 +705,19 @@ static void prepare_rows(void *user, int thread, int row_begin, int row_end) {
 static void visibility_rows(void *user, int thread, int row_begin, int row_end) {
     job *j = user;
     gtao_visibility_rows(j->context, row_begin, row_end, j->stats + thread);
+}
+
+static void share_rows(void *user, int thread, int row_begin, int row_end) {
+    job *j = user;
+    (void)thread;
+    gtao_share_rows(j->context, row_begin, row_end);
+}
+
+/* Past the time limit rows keep their first result. */
+static void refine_rows(void *user, int thread, int row_begin, int row_end) {
+    job *j = user;
+    if (cli_seconds() < j->deadline)
+        gtao_refine_rows(j->context, row_begin, row_end, j->stats + thread);
 }
 
 static void multi_bounce_rows(void *user, int thread, int row_begin, int row_end) {
@@ -659,11 +751,39 @@ static void frame_units(void *user, int thread, int begin, int end) {
     gtao_frame_run(s->job->frame_context, s->stage, begin, end, s->job->stats + thread);
 }
 
+/* What --error-target and --budget-ms do after the first slice of each pixel. `end`: when time is up, by cli_seconds. */
+static void refine(job *j, double seconds[STAGES_MAX], double *since, double end) {
+    int rows = j->depth.height;
+    double first = seconds[j->stages - 1], left;
+    float most = 0;
+    pool_run(j->workers, rows, 0, share_rows, NULL, j);
+    stage_done(j, "share", seconds, since);
+    j->deadline = HUGE_VAL;
+    if (j->options->given[OPT_BUDGET_MS]) { /* without the share of what is refined, and of tables for that */
+        j->deadline = end - seconds[j->stages - 1];
+        left = 0.9 * (j->deadline - *since) - 0.1 * first;
+        most = (float)(left / fmax(first, 1e-9));
+        if (!(most > 0.01f))
+            return;
+    }
+    most = gtao_refine_begin(j->context, most);
+    stage_done(j, "plan", seconds, since);
+    if (!(most > 0.0f))
+        return;
+    pool_run(j->workers, rows, 32, refine_rows, NULL, j);
+    stage_done(j, "refine", seconds, since);
+    pool_run(j->workers, rows, 0, share_rows, NULL, j);
+    stage_done(j, "share_refined", seconds, since);
+}
+
 static int compute_once(job *j, double seconds[STAGES_MAX]) {
     int rows = j->depth.height;
-    double since = cli_seconds();
+    double since = cli_seconds(), end = since + 1e-3 * (double)j->options->budget_ms;
     gtao_result result;
+    image_error error;
     j->stages = 0;
+    if (j->dump && !dump_inputs(j))
+        return 0;
     if (j->framed) {
         frame_stage s = {j, 0};
         result = gtao_frame_begin(&j->frame, &j->output, j->scratch, j->scratch_size, &j->frame_context);
@@ -673,22 +793,26 @@ static int compute_once(job *j, double seconds[STAGES_MAX]) {
         for (; s.stage < gtao_frame_stages(j->frame_context); ++s.stage) {
             pool_run(j->workers, gtao_frame_units(j->frame_context, s.stage), 0, frame_units, NULL, &s);
             stage_done(j, gtao_frame_stage_name(j->frame_context, s.stage), seconds, &since);
+            if (j->dump && !dump_frame_stage(j->dump, j->frame_context, s.stage, &j->output, &error))
+                return dump_error(&error);
         }
     } else {
         result = gtao_begin(&j->desc, &j->output, j->scratch, j->scratch_size, &j->context);
         if (result != GTAO_OK)
             return library_error(j, result);
         stage_done(j, "begin", seconds, &since);
-        pool_run(j->workers, rows, 0, prepare_rows, NULL, j);
+        pool_run(j->workers, rows, GTAO_STRIP, prepare_rows, NULL, j);
         stage_done(j, "prepare", seconds, &since);
-        pool_run(j->workers, rows, 0, visibility_rows, show_progress, j);
+        pool_run(j->workers, rows, GTAO_STRIP, visibility_rows, show_progress, j);
         stage_done(j, "visibility", seconds, &since);
+        if (j->desc.error_target > 0.0f)
+            refine(j, seconds, &since, end);
     }
     if (j->color.data) {
         pool_run(j->workers, rows, 0, multi_bounce_rows, NULL, j);
         stage_done(j, "multi_bounce", seconds, &since);
     }
-    return 1;
+    return !j->dump || dump_outputs(j);
 }
 
 /* ---- output ------------------------------------------------------------------------------------------------------- */
@@ -706,12 +830,14 @@ static void stats_text(const job *j, const double ms[STAGES_MAX], double total_m
         n += (size_t)snprintf(text + n, size - n, "    {\"name\": \"%s\", \"ms\": %.6f}%s\n", j->stage_names[s], ms[s],
                               s + 1 < j->stages ? "," : "");
     snprintf(text + n, size - n,
-             "  ],\n  \"samples\": %llu,\n  \"derived_normals\": %llu,\n"
-             "  \"skipped\": {\"sky\": %llu, \"masked\": %llu, \"small_radius\": %llu, "
-             "\"unchanged\": %llu}\n}\n",
-             (unsigned long long)j->total.samples, (unsigned long long)j->total.derived_normals,
-             (unsigned long long)j->total.sky, (unsigned long long)j->total.masked,
-             (unsigned long long)j->total.small_radius, (unsigned long long)j->total.unchanged);
+             "  ],\n  \"samples\": %llu,\n  \"refined\": %llu,\n  \"derived_normals\": %llu,\n"
+             "  \"skipped\": {\"sky\": %llu, \"masked\": %llu, \"small_radius\": %llu, \"sky_blocks\": %llu, "
+             "\"open\": %llu, \"samples\": %llu, \"unchanged\": %llu}\n}\n",
+             (unsigned long long)j->total.samples, (unsigned long long)j->total.refined,
+             (unsigned long long)j->total.derived_normals, (unsigned long long)j->total.sky,
+             (unsigned long long)j->total.masked, (unsigned long long)j->total.small_radius,
+             (unsigned long long)j->total.sky_skipped, (unsigned long long)j->total.open,
+             (unsigned long long)j->total.samples_skipped, (unsigned long long)j->total.unchanged);
 }
 
 /* The pixels lie in the picture where the depth's did. */
@@ -855,6 +981,10 @@ static int compute(job *j, double ms[STAGES_MAX], double *total_ms) {
             j->total.small_radius += j->stats[t].small_radius;
             j->total.derived_normals += j->stats[t].derived_normals;
             j->total.samples += j->stats[t].samples;
+            j->total.sky_skipped += j->stats[t].sky_skipped;
+            j->total.open += j->stats[t].open;
+            j->total.samples_skipped += j->stats[t].samples_skipped;
+            j->total.refined += j->stats[t].refined;
             j->total.unchanged += j->stats[t].unchanged;
             memset(&j->stats[t], 0, sizeof j->stats[t]);
         }
@@ -880,6 +1010,7 @@ static void free_job(job *j) {
         image_free(&j->layer[i]);
     for (int i = 0; i <= GTAO_MAX_LAYERS; ++i)
         image_free(&j->back[i]);
+    dump_discard(j->dump);
     pool_destroy(j->workers);
     free(j->cameras);
     free(j->stats);
@@ -909,6 +1040,12 @@ int main(int argc, char **argv) {
     if (ok)
         set_desc(&j);
     ok = ok && allocate(&j) && compute(&j, ms, &total_ms);
+    if (ok && j.dump) {
+        image_error error;
+        dump *d = j.dump;
+        j.dump = NULL;
+        ok = dump_commit(d, &error) ? 1 : dump_error(&error);
+    }
     if (ok)
         ok = o.sequence ? write_stats(&j, ms, total_ms) : write_outputs(&j, 0, ms, total_ms);
     free_job(&j);

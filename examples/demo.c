@@ -89,9 +89,9 @@ static int compute(const scene *s, const gtao_desc *desc, int threads, int repea
         if (!ok)
             break;
         double t1 = cli_seconds();
-        pool_run(workers, desc->height, 0, prepare_rows, NULL, &t);
+        pool_run(workers, desc->height, GTAO_STRIP, prepare_rows, NULL, &t);
         double t2 = cli_seconds();
-        pool_run(workers, desc->height, 0, visibility_rows, NULL, &t);
+        pool_run(workers, desc->height, GTAO_STRIP, visibility_rows, NULL, &t);
         double t3 = cli_seconds();
         prepare[i] = 1e3 * (t2 - t1);
         march[i] = 1e3 * (t3 - t2);

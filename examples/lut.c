@@ -7,6 +7,7 @@
 
 #include "canvas.h"
 #include "cli.h"
+#include "dump.h"
 #include "image.h"
 #include "pool.h"
 #include "volume.h"
@@ -37,6 +38,7 @@ enum {
     OPT_STATS,
     OPT_POINTS,
     OPT_THREADS,
+    OPT_DUMP,
     OPT_COUNT
 };
 
@@ -44,7 +46,7 @@ typedef struct options {
     gtso_table_desc table;
     int kind, lobe, frame, fit, caps, format, threads, stats, points;
     int sizes, scales; /* how many were given */
-    const char *output, *slices;
+    const char *output, *slices, *dump;
     unsigned char given[OPT_COUNT];
 } options;
 
@@ -110,6 +112,8 @@ static const cli_option option_table[OPT_COUNT] = {
     [OPT_POINTS] = {"--points", "N", "points at which --stats compares (20000)",
                     CLI_INTEGER(options, points, 100, 10000000, NULL)},
     [OPT_THREADS] = {"--threads", "N", "(all processors) the results are the same bits", CLI_THREADS(options, threads)},
+    [OPT_DUMP] = {"--dump", "DIR", "the table and the point of every texel, for ports to compare: docs/porting.md",
+                  CLI_TEXT(options, dump)},
 };
 
 static const cli_program program = {
@@ -124,8 +128,8 @@ static const cli_program program = {
     0};
 
 static int check_options(const options *o) {
-    if (!o->output && !o->slices && !o->stats)
-        return cli_error("-o, --slices or --stats: one of them is required, see --help");
+    if (!o->output && !o->slices && !o->stats && !o->dump)
+        return cli_error("-o, --slices, --stats or --dump: one of them is required, see --help");
     if (o->given[OPT_POINTS] && !o->stats)
         return cli_error("--points: only with --stats");
     if (o->given[OPT_FORMAT] && !o->output)
@@ -498,6 +502,70 @@ static int write_outputs(const options *o, const gtso_table_desc *table, const v
     return ok ? 1 : cli_error("%s %s", option_table[id].name, error.text);
 }
 
+/* The points that texels stand for; a row of the file is a row of the table, slices from top to bottom. */
+static int write_dump(const options *o, const gtso_table_desc *t, const volume *v) {
+    static const char *const env[] = {"f0_factor", "bias"}, *const env_axes[] = {"n_dot_v", "roughness"};
+    int is_env = o->kind == KIND_ENV, axis_count = is_env ? 2 : gtso_table_axes(t), planes = is_env ? 2 : 1;
+    int width = v->width, height = is_env ? v->height : v->height * v->depth, ok;
+    size_t count = (size_t)width * (size_t)height;
+    float *points = malloc(count * (size_t)axis_count * sizeof *points);
+    image_plane plane[GTSO_AXIS_COUNT];
+    image_error error;
+    dump *d = points ? dump_create(o->dump, &error) : NULL;
+    if (!d) {
+        free(points);
+        return points ? cli_error("--dump %s", error.text) : cli_error("--size: not enough memory");
+    }
+    for (size_t i = 0; i < count; ++i) {
+        float u[GTSO_AXIS_COUNT];
+        gtso_point p;
+        size_t rest = i;
+        memset(u, 0, sizeof u);
+        for (int a = 0; a < axis_count; ++a) {
+            size_t n = (size_t)(is_env ? o->table.size[a] : t->size[a]);
+            u[a] = (float)(rest % n) / (float)(n - 1);
+            rest /= n;
+        }
+        memset(&p, 0, sizeof p);
+        if (!is_env)
+            gtso_table_point(t, u, &p);
+        const float values[GTSO_AXIS_COUNT] = {p.aperture_rad, p.beta_rad, p.roughness, p.view_rad, p.azimuth_rad};
+        for (int a = 0; a < axis_count; ++a)
+            points[(size_t)axis_count * i + (size_t)a] = is_env ? u[a] : values[a];
+    }
+    dump_integer(d, "dump", 1);
+    dump_text(d, "kind", kinds[o->kind]);
+    for (int a = 0; a < axis_count; ++a) {
+        char key[40];
+        const char *name = is_env ? env_axes[a] : axes[a];
+        plane[a].name = name, plane[a].data = points + a, plane[a].step = axis_count;
+        plane[a].stride = (ptrdiff_t)width * axis_count * 4;
+        snprintf(key, sizeof key, "size_%s", name);
+        dump_integer(d, key, is_env ? o->table.size[a] : t->size[a]);
+        snprintf(key, sizeof key, "scale_%s", name);
+        dump_text(d, key, is_env ? "linear" : scales[t->scale[a]]);
+    }
+    if (!is_env) {
+        dump_text(d, "lobe", lobes[t->lobe]);
+        dump_text(d, "frame", frames[t->frame]);
+        dump_text(d, "fit", fits[t->fit]);
+        dump_text(d, "caps", caps[t->caps]);
+        dump_floats(d, "f0", &t->f0, 1);
+    }
+    ok = dump_stage(d, "points", width, height, plane, axis_count, &error);
+    for (int k = 0; k < planes; ++k) {
+        plane[k].name = is_env ? env[k] : "table";
+        plane[k].data = v->texels + (size_t)k * count, plane[k].step = 1, plane[k].stride = (ptrdiff_t)width * 4;
+    }
+    ok = ok && dump_stage(d, "table", width, height, plane, planes, &error);
+    if (ok)
+        ok = dump_commit(d, &error);
+    else
+        dump_discard(d);
+    free(points);
+    return ok ? 1 : cli_error("--dump %s", error.text);
+}
+
 int main(int argc, char **argv) {
     options o;
     gtso_table_desc table;
@@ -514,9 +582,9 @@ int main(int argc, char **argv) {
     pool *workers = pool_create(o.threads);
     volume v = {0, 0, 0, NULL};
     int ok = workers ? 1 : cli_error("--threads: not enough memory");
-    if (ok && (o.output || o.slices)) {
+    if (ok && (o.output || o.slices || o.dump)) {
         ok = o.kind == KIND_ENV ? bake_env(workers, o.table.size, &v) : bake_table(workers, &table, &v);
-        ok = ok && write_outputs(&o, &table, &v);
+        ok = ok && (!o.dump || write_dump(&o, &table, &v)) && write_outputs(&o, &table, &v);
     }
     ok = ok && (!o.stats || print_stats(&o, &table, workers));
     volume_free(&v);

@@ -99,8 +99,8 @@ static int compute_reference(const gtao_desc *frame, reference *ref, pool *worke
             *error = gtao_result_string(result);
             return 0;
         }
-        pool_run(workers, desc.height, 0, prepare_rows, NULL, context);
-        pool_run(workers, desc.height, 0, visibility_rows, NULL, context);
+        pool_run(workers, desc.height, GTAO_STRIP, prepare_rows, NULL, context);
+        pool_run(workers, desc.height, GTAO_STRIP, visibility_rows, NULL, context);
         for (size_t i = 0; i < pixels; ++i)
             ref->mean[i] += ref->one[i] / (float)PHASES;
     }

@@ -1,15 +1,17 @@
 #!/usr/bin/env bash
 # Checks for what the named parts of the build need and installs what is missing (Debian 12).
 #
-#   tests/setup.sh PART...      parts: build, bake, viewer, sequence, test, strict, fuzz, figures, format, bench, gis
+#   tests/setup.sh PART...      parts: build, bake, viewer, sequence, test, strict, fuzz, figures, format, bench, gis,
+#                               port
 #
-# What bake lists is wanted, not needed: where it cannot be installed, the tools do without (TIFF, PNG, MPI) and say so.
+# What bake and port list is wanted, not needed: where it cannot be installed, the tools do without (TIFF, PNG, MPI;
+# shaders) and say so.
 #
 # gtao.h itself needs a C99 compiler and nothing else; this is for the programs and tests around it. Without the right
 # to install, it prints the one line to run and exits with status 1.
 set -u
 
-usage="usage: tests/setup.sh build|bake|viewer|sequence|test|strict|fuzz|figures|format|bench|gis..."
+usage="usage: tests/setup.sh build|bake|viewer|sequence|test|strict|fuzz|figures|format|bench|gis|port..."
 optional=
 missing=()
 optional=
@@ -82,6 +84,12 @@ for part in "$@"; do
     format) need clang-format tool clang-format ;;
     bench) need libembree-dev header embree3/rtcore.h ;;
     gis) need saga tool saga_cmd ;;
+    port)
+        optional=1
+        need glslang-tools tool glslangValidator
+        need libvulkan-dev header vulkan/vulkan.h
+        need mesa-vulkan-drivers sh -c 'cat /usr/share/vulkan/icd.d/*.json || cat /etc/vulkan/icd.d/*.json'
+        ;;
     *)
         echo "$usage" >&2
         exit 2

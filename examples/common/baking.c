@@ -3,6 +3,7 @@
 
 #include "canvas.h"
 #include "cli.h"
+#include "dump.h"
 #include "gtao.h"
 #include "pool.h"
 #include "raster.h"
@@ -22,7 +23,7 @@
 
 #define MIB 1048576.0
 
-enum { OUT_VISIBILITY, OUT_BENT, OUT_HORIZONS, OUT_COUNT };
+enum { OUT_VISIBILITY, OUT_BENT, OUT_HORIZONS, OUT_SH, OUT_COUNT };
 
 enum {
     OPT_HEIGHT,
@@ -44,6 +45,7 @@ enum {
     OPT_GREEN,
     OPT_WORLD_AXES,
     OPT_HORIZONS,
+    OPT_SH,
     OPT_PICTURE,
     OPT_BITS,
     OPT_MEMORY,
@@ -54,13 +56,14 @@ enum {
     OPT_THREADS,
     OPT_ISA,
     OPT_STATS,
+    OPT_DUMP,
     OPT_COUNT
 };
 
 typedef struct settings {
     terrain_source source;
     const char *output[OUT_COUNT];
-    const char *stats, *work, *picture;
+    const char *stats, *work, *picture, *dump;
     int raw_size[2];
     float pixel_size[2]; /* as given: 0 where not */
     double pixel[2];
@@ -90,6 +93,7 @@ struct baking {
     char *work_memory; /* of each thread */
     size_t work_bytes;
     int phase;
+    dump *dump; /* of the only tile, or null */
 };
 
 /* ---- options ----------------------------------------------------------------------------------------------------- */
@@ -118,7 +122,7 @@ static const char *const greens[] = {"opengl", "directx", NULL};
 static const char *const spaces[] = {"tangent", "world", NULL};
 static const char *const borders[] = {"open", "clamp", "wrap", NULL};
 static const char *const bit_counts[] = {"8", "16", NULL};
-static const int output_option[OUT_COUNT] = {OPT_OUTPUT, OPT_BENT, OPT_HORIZONS};
+static const int output_option[OUT_COUNT] = {OPT_OUTPUT, OPT_BENT, OPT_HORIZONS, OPT_SH};
 
 static const cli_option option_table[OPT_COUNT] = {
     [OPT_HEIGHT] = {"--height", "FILE[:CHANNEL]", "heights: .exr, .pfm, .png, .tif, .raw or .f32 (floats)",
@@ -150,7 +154,7 @@ static const cli_option option_table[OPT_COUNT] = {
     [OPT_OUTPUT] = {"-o", "FILE", "visibility, 1 = open; .exr, .pfm, .png, .tif, .raw or .f32",
                     CLI_OUTPUT(settings, output[OUT_VISIBILITY], RASTER_ENDINGS)},
     [OPT_BENT] = {"--bent", "FILE", "bent normals", CLI_OUTPUT(settings, output[OUT_BENT], RASTER_ENDINGS)},
-    [OPT_BENT_SPACE] = {"--bent-space", "tangent|world", "(tangent: x right, z out of the map)",
+    [OPT_BENT_SPACE] = {"--bent-space", "tangent|world", "of --bent and --sh (tangent: x right, z out of the map)",
                         CLI_CHOICE(settings, bent_world, spaces)},
     [OPT_GREEN] = {"--green", "opengl|directx", "green of the tangent space is up (opengl) or down the image",
                    CLI_CHOICE(settings, green_down, greens)},
@@ -160,6 +164,8 @@ static const cli_option option_table[OPT_COUNT] = {
     [OPT_HORIZONS] = {"--horizons", "FILE",
                       "sine of the horizon's elevation, a channel for each side of each direction",
                       CLI_OUTPUT(settings, output[OUT_HORIZONS], RASTER_ENDINGS)},
+    [OPT_SH] = {"--sh", "FILE", "spherical harmonics of visibility times cosine, nine channels",
+                CLI_OUTPUT(settings, output[OUT_SH], RASTER_ENDINGS)},
     [OPT_PICTURE] = {"--picture", "FILE.png", "a look at it: heights, visibility, bent normals, and lit by sun and sky",
                      CLI_OUTPUT(settings, picture, ".png")},
     [OPT_BITS] = {"--bits", "8|16", "of PNG files (8)", CLI_CHOICE(settings, sixteen, bit_counts)},
@@ -176,7 +182,13 @@ static const cli_option option_table[OPT_COUNT] = {
     [OPT_ISA] = {"--isa", "auto|scalar|sse2|avx2|avx512|neon", "(auto) the results are the same bits",
                  CLI_ISA(settings, isa)},
     [OPT_STATS] = {"--stats", "FILE", "write times and bounds as JSON", CLI_OUTPUT(settings, stats, NULL)},
+    [OPT_DUMP] = {"--dump", "DIR", "also write what lies between the stages, for ports to compare: docs/porting.md",
+                  CLI_TEXT(settings, dump)},
 };
+
+static int channels_of(const baking *b, int output) {
+    return output == OUT_BENT ? 3 : output == OUT_HORIZONS ? 2 * b->o.directions : output == OUT_SH ? 9 : 1;
+}
 
 static int check_options(baking *b) {
     settings *o = &b->o;
@@ -186,12 +198,12 @@ static int check_options(baking *b) {
     for (int k = OUT_COUNT - 1; k >= 0; --k)
         first = o->output[k] ? o->output[k] : first;
     if (!first)
-        return cli_error("-o, --bent or --horizons: one of them is required, see --help");
-    if (o->output[OUT_HORIZONS]) {
-        raster_format format = raster_format_of(o->output[OUT_HORIZONS]);
+        return cli_error("-o, --bent, --horizons or --sh: one of them is required, see --help");
+    for (int k = OUT_HORIZONS; k <= OUT_SH; ++k) {
+        raster_format format = o->output[k] ? raster_format_of(o->output[k]) : RASTER_UNKNOWN;
         if (format == RASTER_PNG || format == RASTER_PFM)
-            return cli_error("--horizons %s: %d channels need .exr, .tif or .raw", o->output[OUT_HORIZONS],
-                             2 * o->directions);
+            return cli_error("%s %s: %d channels need .exr, .tif or .raw", option_table[output_option[k]].name,
+                             o->output[k], channels_of(b, k));
     }
     if (o->picture && !o->output[OUT_VISIBILITY])
         return cli_error("--picture: only with -o");
@@ -200,8 +212,8 @@ static int check_options(baking *b) {
     if (o->given[OPT_NORMAL_GREEN] && !o->source.normals)
         return cli_error("--normal-green: only with --normal");
     for (int id = OPT_BENT_SPACE; id <= OPT_WORLD_AXES; ++id)
-        if (o->given[id] && !o->output[OUT_BENT])
-            return cli_error("%s: only with --bent", option_table[id].name);
+        if (o->given[id] && !o->output[OUT_BENT] && !o->output[OUT_SH])
+            return cli_error("%s: only with --bent or --sh", option_table[id].name);
     if (o->given[OPT_GREEN] && o->bent_world)
         return cli_error("--green: only with --bent-space tangent");
     if (o->given[OPT_WORLD_AXES] && !o->bent_world)
@@ -251,6 +263,7 @@ void baking_free(baking *b) {
         return;
     if (b->has_map)
         terrain_close(&b->map);
+    dump_discard(b->dump);
     pool_destroy(b->workers);
     if (b->lock >= 0)
         close(b->lock);
@@ -293,10 +306,6 @@ static void describe(baking *b, box window, int whole, gtao_desc *desc) {
     desc->isa = (gtao_isa)b->o.isa;
 }
 
-static int channels_of(const baking *b, int output) {
-    return output == OUT_BENT ? 3 : output == OUT_HORIZONS ? 2 * b->o.directions : 1;
-}
-
 /* What is asked of the library. The buffers' contents do not matter when sizes are asked for. */
 static void describe_outputs(box window, box core, float *const planes[OUT_COUNT], gtao_output *output,
                              gtao_sweep_options *options) {
@@ -304,6 +313,7 @@ static void describe_outputs(box window, box core, float *const planes[OUT_COUNT
     memset(options, 0, sizeof *options);
     output->visibility = planes[OUT_VISIBILITY];
     output->bent_normals = planes[OUT_BENT];
+    output->sh = planes[OUT_SH];
     options->horizons = planes[OUT_HORIZONS];
     options->region[0] = core.x - window.x;
     options->region[1] = core.y - window.y;
@@ -330,7 +340,7 @@ static double tile_bytes(baking *b, int width, int height) {
         window.height = height + 2 * b->map.overlap;
     }
     for (int k = 0; k < OUT_COUNT; ++k)
-        planes[k] = b->o.output[k] || k == OUT_VISIBILITY ? &something : NULL;
+        planes[k] = b->o.output[k] || k == OUT_VISIBILITY || b->o.dump ? &something : NULL;
     describe(b, window, is_whole(b, core), &desc);
     describe_outputs(window, core, planes, &output, &options);
     double scratch = (double)gtao_sweep_scratch_size(&desc, &output, &options);
@@ -448,12 +458,12 @@ static int job_text(const baking *b, char *text, size_t size) {
     return snprintf(text, size,
                     "library %d\nheights %s\nnormals %s\nraw %d %d\nintegers %d\nscale %a\nno_data %d %a\n"
                     "normal_green %d\noverlap %d\npixel %a %a\nborder %d\ndirections %d\nradius %a\nfalloff %a\n"
-                    "outputs %d %d %d\ntile %d %d\n",
+                    "outputs %d %d %d %d\ntile %d %d\n",
                     GTAO_VERSION, heights, normals, o->source.raw_width, o->source.raw_height, o->source.integers,
                     o->source.height_scale, o->source.has_no_data, o->source.no_data, o->source.green_down,
                     o->source.overlap, o->pixel[0], o->pixel[1], o->border, o->directions, (double)o->radius,
-                    (double)o->falloff, o->output[0] != NULL, o->output[1] != NULL, o->output[2] != NULL, b->tile_width,
-                    b->tile_height) < (int)size;
+                    (double)o->falloff, o->output[0] != NULL, o->output[1] != NULL, o->output[2] != NULL,
+                    o->output[3] != NULL, b->tile_width, b->tile_height) < (int)size;
 }
 
 /* Byte 0 of the lock's file is the process that leads a job, byte 1 is shared by those that joined it: a rank that
@@ -566,7 +576,12 @@ static int settle(baking *b) {
             return cli_error("%s %s: %d x %d is too large for this format", option_table[output_option[k]].name,
                              o->output[k], b->map.width, b->map.height);
     }
-    return choose_tiles(b);
+    if (!choose_tiles(b))
+        return 0;
+    if (o->dump && baking_tiles(b) > 1)
+        return cli_error("--dump: of a map in one piece, this takes %d tiles; give more --memory", baking_tiles(b));
+    b->dump = o->dump ? dump_create(o->dump, &error) : NULL;
+    return !o->dump || b->dump || cli_error("--dump %s", error.text);
 }
 
 static void show_reading(void *user, double part) {
@@ -656,7 +671,7 @@ int baking_tile_done(baking *b, int tile) {
     char path[4096 + 64];
     float buffer[4096];
     tile_path(b, tile, path, sizeof path);
-    FILE *file = fopen(path, "rb");
+    FILE *file = b->dump ? NULL : fopen(path, "rb"); /* a dump needs the tile's horizons, too */
     if (!file)
         return 0;
     tile_header header, expected = header_of(b, tile);
@@ -684,6 +699,13 @@ static void horizon_row(const baking *b, const float *planes, size_t plane, int 
         }
 }
 
+/* From planes of coefficients. */
+static void sh_row(const float *planes, size_t plane, int width, float *row) {
+    for (int x = 0; x < width; ++x)
+        for (size_t i = 0; i < 9; ++i)
+            *row++ = planes[i * plane + (size_t)x];
+}
+
 /* Under its own name only when it is complete and on the disk. */
 static int write_tile(baking *b, int tile, box window, float *const planes[OUT_COUNT]) {
     char path[4096 + 64];
@@ -696,16 +718,19 @@ static int write_tile(baking *b, int tile, box window, float *const planes[OUT_C
     FILE *file = image_open_pending(path, &pending, &error);
     if (!file)
         return cli_error("--work %s", error.text);
-    int widest = 2 * b->o.directions;
+    int widest = 2 * b->o.directions > 9 ? 2 * b->o.directions : 9;
     float *line = malloc((size_t)core.width * (size_t)widest * sizeof *line);
     int ok = line && fwrite(&header, sizeof header, 1, file) == 1;
     for (int k = 0; k < OUT_COUNT; ++k) {
         size_t channels = (size_t)channels_of(b, k), floats = (size_t)core.width * channels;
+        size_t plane = (size_t)window.width * (size_t)window.height;
         for (int y = 0; b->o.output[k] && ok && y < core.height; ++y) {
             size_t pixel = (size_t)(y + core.y - window.y) * (size_t)window.width + (size_t)(core.x - window.x);
             const float *row = line;
             if (k == OUT_HORIZONS)
-                horizon_row(b, planes[k] + pixel, (size_t)window.width * (size_t)window.height, core.width, line);
+                horizon_row(b, planes[k] + pixel, plane, core.width, line);
+            else if (k == OUT_SH)
+                sh_row(planes[k] + pixel, plane, core.width, line);
             else
                 row = planes[k] + pixel * channels;
             sum = checksum(sum, row, floats * 4);
@@ -771,6 +796,16 @@ static int compute_window(baking *b, box window, box core, const float *heights,
         ok = cli_error("%s: %s", b->o.source.heights, gtao_result_string(result));
     for (b->phase = 0; ok && b->phase < gtao_sweep_phases(b->sweep); ++b->phase)
         pool_run(b->workers, gtao_sweep_units(b->sweep, b->phase), 0, run_units, show_units, b);
+    if (ok && b->dump) {
+        dump *d = b->dump;
+        b->dump = NULL;
+        ok = dump_sweep(d, &desc, b->sweep, planes[OUT_VISIBILITY], planes[OUT_BENT], planes[OUT_HORIZONS], &error);
+        if (ok)
+            ok = dump_commit(d, &error);
+        else
+            dump_discard(d);
+        ok = ok || cli_error("--dump %s", error.text);
+    }
     free(scratch);
     free(b->work_memory);
     terrain_view_free(&view);
@@ -781,12 +816,12 @@ int baking_tile(baking *b, int tile) {
     image_error error;
     box core = core_of(b, tile), window = window_of(b, core);
     size_t pixels = (size_t)window.width * (size_t)window.height;
-    float *heights = malloc(pixels * sizeof(float)), *planes[OUT_COUNT] = {NULL, NULL, NULL};
+    float *heights = malloc(pixels * sizeof(float)), *planes[OUT_COUNT] = {NULL};
     float *normals = b->map.has_normals ? malloc(3 * pixels * sizeof(float)) : NULL;
     terrain_border border = (terrain_border)b->o.border;
     int ok = heights && (normals || !b->map.has_normals);
     for (int k = 0; k < OUT_COUNT; ++k)
-        if (b->o.output[k] || k == OUT_VISIBILITY) {
+        if (b->o.output[k] || k == OUT_VISIBILITY || b->dump) {
             planes[k] = malloc(pixels * (size_t)channels_of(b, k) * sizeof(float));
             ok = ok && planes[k];
         }
@@ -835,6 +870,18 @@ static void turn_bent(const baking *b, float *n, size_t pixels) {
         }
         for (int k = 0; k < 3; ++k)
             n[o->world.axis[k]] = o->world.sign[k] * local[k];
+    }
+}
+
+/* The same of functions of the direction. */
+static void turn_sh(const baking *b, float *sh, size_t pixels) {
+    float columns[3][3] = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}}, r[9], turned[9];
+    turn_bent(b, columns[0], 3); /* where the axes go */
+    for (int i = 0; i < 9; ++i)
+        r[i] = columns[i % 3][i / 3];
+    for (size_t i = 0; i < pixels; ++i, sh += 9) {
+        gtao_sh_rotate(r, sh, turned);
+        memcpy(sh, turned, sizeof turned);
     }
 }
 
@@ -887,6 +934,8 @@ static int write_rows(const baking *b, raster_writer *const writers[OUT_COUNT]) 
                 ok = gather_rows(b, tile_row, y, count, k, band);
                 if (ok && k == OUT_BENT)
                     turn_bent(b, band, (size_t)count * (size_t)b->map.width);
+                if (ok && k == OUT_SH)
+                    turn_sh(b, band, (size_t)count * (size_t)b->map.width);
                 if (ok && !raster_write(writers[k], count, band, &error))
                     ok = cli_error("%s %s", option_table[output_option[k]].name, error.text);
             }
@@ -898,7 +947,7 @@ static int write_rows(const baking *b, raster_writer *const writers[OUT_COUNT]) 
 
 /* ---- the picture ------------------------------------------------------------------------------------------------- */
 
-enum { PICTURE_SIDE = 512, PICTURE_MARGIN = 12, PICTURE_TITLE = 30 };
+enum { PICTURE_SIDE = 400, PICTURE_MARGIN = 12, PICTURE_TITLE = 30 };
 
 /* `factor` x `factor` pixels to one, of the heights (output < 0) or an output. */
 static int shrink(const baking *b, int output, int factor, image *small) {
@@ -1072,9 +1121,10 @@ static void stats_text(const baking *b, double seconds, char *text, size_t size)
 
 int baking_finish(baking *b) {
     static const char *const names_y[] = {"Y"}, *const names_bent[] = {"bent.X", "bent.Y", "bent.Z"};
+    static const char *const names_sh[] = {"sh.0", "sh.1", "sh.2", "sh.3", "sh.4", "sh.5", "sh.6", "sh.7", "sh.8"};
     char horizon_names[2 * 64][16], text[2048];
     const char *names_horizon[2 * 64];
-    raster_writer *writers[OUT_COUNT] = {NULL, NULL, NULL};
+    raster_writer *writers[OUT_COUNT] = {NULL};
     image_pending pending[OUT_COUNT + 2]; /* the picture, the statistics */
     image_error error;
     int ok = 1;
@@ -1090,10 +1140,11 @@ int baking_finish(baking *b) {
         writers[k] = raster_writer_create(b->o.output[k], b->map.width, b->map.height, channels_of(b, k),
                                           k == OUT_BENT       ? names_bent
                                           : k == OUT_HORIZONS ? names_horizon
+                                          : k == OUT_SH       ? names_sh
                                                               : names_y,
                                           k == OUT_BENT ? IMAGE_RANGE_SIGNED : IMAGE_RANGE_UNIT, b->o.sixteen ? 16 : 8,
                                           pending + k, &error);
-        if (!writers[k])
+        if (!writers[k] || !raster_place(writers[k], b->o.source.heights, &error))
             ok = cli_error("%s %s", option_table[output_option[k]].name, error.text);
     }
     ok = ok && note_pending(b, pending, OUT_COUNT) && write_rows(b, writers);

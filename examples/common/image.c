@@ -1,6 +1,8 @@
 /* image.c - see image.h */
 #include "image.h"
 
+#include "exr_chunk.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
@@ -12,8 +14,6 @@
 #include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-#include <OpenEXR/openexr.h> /* so, not through -I: the headers are C11 and stay "system" to the compiler */
 
 #define STB_IMAGE_WRITE_STATIC
 #define STB_IMAGE_WRITE_IMPLEMENTATION
@@ -995,13 +995,51 @@ int image_read_channels(const char *path, const char *const *names, int count, i
     return ok;
 }
 
+char **image_list_channels(const char *path, int *count, image_error *error) {
+    static const char *const pfm[] = {"R", "G", "B"};
+    char **names = NULL;
+    exr_file file;
+    image img;
+    *count = 0;
+    memset(&file, 0, sizeof file);
+    if (image_format_of(path) == IMAGE_PFM) {
+        if (!pfm_read(path, &img, error))
+            return NULL;
+        file.count = img.channels;
+        image_free(&img);
+    } else if (image_format_of(path) != IMAGE_EXR) {
+        bad_ending(path, error);
+        return NULL;
+    } else if (!exr_open(path, &file, error)) {
+        return NULL;
+    }
+    names = calloc((size_t)file.count + 1, sizeof *names);
+    for (int i = 0; names && i < file.count; ++i) {
+        const char *name = file.channels ? file.channels[i].name : file.count == 1 ? "Y" : pfm[i];
+        names[i] = copy_string(name, strlen(name));
+        *count = names[i] ? i + 1 : *count;
+    }
+    if (!names || *count < file.count)
+        fail(error, path, "not enough memory");
+    exr_close(&file);
+    return names;
+}
+
+void image_free_names(char **names) {
+    for (int i = 0; names && names[i]; ++i)
+        free(names[i]);
+    free(names);
+}
+
 /* ---- writing ------------------------------------------------------------------------------------------------------ */
 
-static int write_exr(const char *temporary, const char *path, const image *img, const char *const *names,
-                     image_error *error) {
+/* `like` has the windows; the pixels are the planes'. */
+static int write_exr(const char *temporary, const char *path, const image *like, const image_plane *planes, int count,
+                     exr_compression_t compression, image_error *error) {
     exr_context_t context = NULL;
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
     exr_encode_pipeline_t pipeline = EXR_ENCODE_PIPELINE_INITIALIZER;
+    exr_chunk own;
     exr_attr_box2i_t display, data;
     exr_attr_v2f_t center;
     exr_chunk_info_t chunk;
@@ -1009,12 +1047,12 @@ static int write_exr(const char *temporary, const char *path, const image *img, 
     init.error_handler_fn = exr_silent;
     memset(&center, 0, sizeof center);
     display.min.x = display.min.y = 0;
-    display.max.x = img->display_width - 1;
-    display.max.y = img->display_height - 1;
-    data.min.x = img->origin_x;
-    data.min.y = img->origin_y;
-    data.max.x = img->origin_x + img->width - 1;
-    data.max.y = img->origin_y + img->height - 1;
+    display.max.x = like->display_width - 1;
+    display.max.y = like->display_height - 1;
+    data.min.x = like->origin_x;
+    data.min.y = like->origin_y;
+    data.max.x = like->origin_x + like->width - 1;
+    data.max.y = like->origin_y + like->height - 1;
 
     exr_result_t result = exr_start_write(&context, temporary, EXR_WRITE_FILE_DIRECTLY, &init);
     if (result != EXR_ERR_SUCCESS)
@@ -1022,35 +1060,33 @@ static int write_exr(const char *temporary, const char *path, const image *img, 
     result = exr_add_part(context, "image", EXR_STORAGE_SCANLINE, &part);
     if (result == EXR_ERR_SUCCESS)
         result = exr_initialize_required_attr(context, part, &display, &data, 1.0f, &center, 1.0f,
-                                              EXR_LINEORDER_INCREASING_Y, EXR_COMPRESSION_ZIP);
-    for (int c = 0; result == EXR_ERR_SUCCESS && c < img->channels; ++c)
-        result = exr_add_channel(context, part, names[c], EXR_PIXEL_FLOAT, EXR_PERCEPTUALLY_LINEAR, 1, 1);
+                                              EXR_LINEORDER_INCREASING_Y, compression);
+    for (int c = 0; result == EXR_ERR_SUCCESS && c < count; ++c)
+        result = exr_add_channel(context, part, planes[c].name, EXR_PIXEL_FLOAT, EXR_PERCEPTUALLY_LINEAR, 1, 1);
     if (result == EXR_ERR_SUCCESS)
         result = exr_write_header(context);
     if (result == EXR_ERR_SUCCESS)
         result = exr_get_scanlines_per_chunk(context, part, &lines);
-    for (int y = 0; result == EXR_ERR_SUCCESS && y < img->height; y += lines) {
+    for (int y = 0; result == EXR_ERR_SUCCESS && y < like->height; y += lines) {
         result = exr_write_scanline_chunk_info(context, part, data.min.y + y, &chunk);
         if (result == EXR_ERR_SUCCESS)
             result = begun ? exr_encoding_update(context, part, &chunk, &pipeline)
                            : exr_encoding_initialize(context, part, &chunk, &pipeline);
         if (result != EXR_ERR_SUCCESS)
             break;
-        int pixel = img->channels * (int)sizeof(float);
         for (int i = 0; i < pipeline.channel_count; ++i) {
             exr_coding_channel_info_t *info = pipeline.channels + i;
             int c = 0;
-            while (c + 1 < img->channels && strcmp(names[c], info->channel_name) != 0)
+            while (c + 1 < count && strcmp(planes[c].name, info->channel_name) != 0)
                 ++c;
             info->user_data_type = EXR_PIXEL_FLOAT;
             info->user_bytes_per_element = 4;
-            info->user_pixel_stride = pixel;
-            info->user_line_stride = pixel * img->width;
-            info->encode_from_ptr =
-                (const uint8_t *)(img->data + (size_t)y * (size_t)img->width * (size_t)img->channels + c);
+            info->user_pixel_stride = planes[c].step * (int)sizeof(float);
+            info->user_line_stride = (int32_t)planes[c].stride;
+            info->encode_from_ptr = (const uint8_t *)planes[c].data + (ptrdiff_t)y * planes[c].stride;
         }
         if (!begun)
-            result = exr_encoding_choose_default_routines(context, part, &pipeline);
+            result = exr_chunk_routines(context, part, &pipeline, &own);
         begun = 1;
         if (result == EXR_ERR_SUCCESS)
             result = exr_encoding_run(context, part, &pipeline);
@@ -1152,14 +1188,32 @@ int image_write(const char *path, const image *img, const char *const *names, im
         return 0;
     errno = 0;
     if (format == IMAGE_EXR) {
+        image_plane planes[IMAGE_MAX_PLANES];
         fclose(file); /* the name is ours now; OpenEXR opens it again */
-        if (write_exr(pending->temporary, path, img, names, error))
+        for (int c = 0; c < img->channels && c < IMAGE_MAX_PLANES; ++c) {
+            planes[c].name = names[c];
+            planes[c].data = img->data + c;
+            planes[c].step = img->channels;
+            planes[c].stride = (ptrdiff_t)sizeof(float) * img->channels * img->width;
+        }
+        if (img->channels <= IMAGE_MAX_PLANES
+                ? write_exr(pending->temporary, path, img, planes, img->channels, EXR_COMPRESSION_ZIP, error)
+                : fail(error, path, "more than %d channels", IMAGE_MAX_PLANES))
             return 1;
         image_discard(pending);
         return 0;
     }
     int ok = format == IMAGE_PFM ? write_pfm(file, img) : write_png(file, img, range);
     return image_close_pending(file, ok, path, pending, error);
+}
+
+int image_write_planes(const char *path, int width, int height, const image_plane *planes, int count,
+                       image_error *error) {
+    image like;
+    memset(&like, 0, sizeof like);
+    like.width = like.display_width = width;
+    like.height = like.display_height = height;
+    return write_exr(path, path, &like, planes, count, EXR_COMPRESSION_NONE, error);
 }
 
 int image_write_text(const char *path, const char *text, image_pending *pending, image_error *error) {

@@ -48,6 +48,10 @@ void image_stream_close(image_stream *stream); /* null is harmless */
 /* `count` channels by name from a file whose name is taken as it is. */
 int image_read_channels(const char *path, const char *const *names, int count, image *out, image_error *error);
 
+/* Names of all channels of a file, ended by a null; null on failure. To be freed by image_free_names. */
+char **image_list_channels(const char *path, int *count, image_error *error);
+void image_free_names(char **names); /* null is harmless */
+
 /* The file part of FILE[:CHANNEL] into `path`. False if it does not fit. */
 int image_spec_path(const char *spec, char *path, size_t size);
 
@@ -67,6 +71,18 @@ typedef struct image_pending {
 /* Format by the ending. EXR: 32-bit float, ZIP, names[c] for channel c. PFM and PNG: 1 or 3 channels. */
 int image_write(const char *path, const image *img, const char *const *names, image_range range, image_pending *pending,
                 image_error *error);
+
+/* An EXR of planes, not compressed, straight to its name: for files within a directory that is renamed when complete. */
+#define IMAGE_MAX_PLANES 256
+typedef struct image_plane {
+    const char *name;
+    const float *data;
+    int step;         /* floats from pixel to pixel */
+    ptrdiff_t stride; /* bytes from row to row */
+} image_plane;
+int image_write_planes(const char *path, int width, int height, const image_plane *planes, int count,
+                       image_error *error);
+
 int image_write_text(const char *path, const char *text, image_pending *pending, image_error *error);
 int image_write_bytes(const char *path, const void *bytes, size_t size, image_pending *pending, image_error *error);
 /* For other writers: a new file under a temporary name, null on failure; then the close that reports what failed. */

@@ -1,6 +1,8 @@
 /* raster.c - see raster.h */
 #include "raster.h"
 
+#include "exr_chunk.h"
+
 #include <errno.h>
 #include <math.h>
 #include <setjmp.h>
@@ -11,8 +13,6 @@
 #include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-#include <OpenEXR/openexr.h>
 
 #ifdef __has_include
 #if __has_include(<png.h>)
@@ -314,7 +314,15 @@ static int read_png(raster_reader *r, float *to, image_error *error) {
 
 #if RASTER_HAS_TIFF
 
-enum { TAG_PIXEL_SCALE = 33550, TAG_TRANSFORMATION = 34264, TAG_GEO_KEYS = 34735, TAG_GDAL_NO_DATA = 42113 };
+enum {
+    TAG_PIXEL_SCALE = 33550,
+    TAG_TIE_POINTS = 33922,
+    TAG_TRANSFORMATION = 34264,
+    TAG_GEO_KEYS = 34735,
+    TAG_GEO_NUMBERS = 34736,
+    TAG_GEO_TEXTS = 34737,
+    TAG_GDAL_NO_DATA = 42113
+};
 
 static int tiff_failed(TIFF *tiff, void *user, const char *module, const char *format, va_list args) {
     char *message = user;
@@ -345,12 +353,22 @@ static TIFF *tiff_open(const char *path, const char *mode, char *message) {
     return tiff;
 }
 
-/* Tags that libtiff does not know come as a count and an array. */
+/* Tags that libtiff does not know come as a count and an array. Null unless it is there and of this type. */
+static const void *tiff_tag(TIFF *tiff, uint32_t tag, TIFFDataType type, uint32_t *count) {
+    void *data = NULL;
+    const TIFFField *field = TIFFFindField(tiff, tag, TIFF_ANY);
+    *count = 0;
+    if (!field || TIFFFieldDataType(field) != type || !TIFFFieldPassCount(field) ||
+        TIFFFieldReadCount(field) != TIFF_VARIABLE2 || !TIFFGetField(tiff, tag, count, &data))
+        return NULL;
+    return *count > 0 ? data : NULL;
+}
+
 static void tiff_geography(raster_reader *r) {
     uint32_t count = 0;
-    void *data = NULL;
     raster_info *info = &r->info;
-    if (TIFFGetField(r->tiff, TAG_PIXEL_SCALE, &count, &data) && count >= 2 && data) {
+    const void *data = tiff_tag(r->tiff, TAG_PIXEL_SCALE, TIFF_DOUBLE, &count);
+    if (data && count >= 2) {
         double scale[2];
         memcpy(scale, data, sizeof scale);
         if (isfinite(scale[0]) && isfinite(scale[1]) && scale[0] > 0.0 && scale[1] > 0.0) {
@@ -358,14 +376,16 @@ static void tiff_geography(raster_reader *r) {
             info->pixel_y = scale[1];
         }
     }
-    if (TIFFGetField(r->tiff, TAG_GEO_KEYS, &count, &data) && count >= 4 && data) {
+    data = tiff_tag(r->tiff, TAG_GEO_KEYS, TIFF_SHORT, &count);
+    if (data && count >= 4) {
         const uint16_t *keys = data;
         info->georeferenced = 1;
         for (uint32_t i = 4; i + 3 < count; i += 4)
             if (keys[i] == 1024) /* GTModelTypeGeoKey: 2 is geographic, degrees */
                 info->geographic = keys[i + 3] == 2;
     }
-    if (TIFFGetField(r->tiff, TAG_GDAL_NO_DATA, &count, &data) && count > 0 && data) {
+    data = tiff_tag(r->tiff, TAG_GDAL_NO_DATA, TIFF_ASCII, &count);
+    if (data) {
         char text[64], *end;
         size_t n = count < sizeof text ? count : sizeof text - 1;
         memcpy(text, data, n);
@@ -627,6 +647,7 @@ struct raster_writer {
     uint8_t *bytes; /* PNG: a row; TIFF: a tile */
     exr_context_t exr;
     exr_encode_pipeline_t pipeline;
+    exr_chunk chunk;
     int part, begun;
 #if RASTER_HAS_PNG
     png_structp png;
@@ -697,7 +718,7 @@ static int flush_exr(raster_writer *w, image_error *error) {
         info->encode_from_ptr = (const uint8_t *)(w->band + c);
     }
     if (!w->begun)
-        result = exr_encoding_choose_default_routines(w->exr, w->part, &w->pipeline);
+        result = exr_chunk_routines(w->exr, w->part, &w->pipeline, &w->chunk);
     w->begun = 1;
     if (result == EXR_ERR_SUCCESS)
         result = exr_encoding_run(w->exr, w->part, &w->pipeline);
@@ -779,6 +800,30 @@ static int create_tiff(raster_writer *w, image_error *error) {
         TIFFSetField(w->tiff, TIFFTAG_EXTRASAMPLES, w->channels - 1, extra);
     }
     return 1;
+}
+
+/* Where on the earth it is. */
+static int copy_geography(raster_writer *w, const char *from) {
+    /* libtiff keeps the pointers to the names, which are not to const */
+    static char names[6][24] = {"ModelPixelScale", "ModelTiepoint",   "ModelTransformation",
+                                "GeoKeyDirectory", "GeoDoubleParams", "GeoAsciiParams"};
+    static const struct {
+        uint32_t tag;
+        TIFFDataType type;
+    } tags[6] = {{TAG_PIXEL_SCALE, TIFF_DOUBLE}, {TAG_TIE_POINTS, TIFF_DOUBLE},  {TAG_TRANSFORMATION, TIFF_DOUBLE},
+                 {TAG_GEO_KEYS, TIFF_SHORT},     {TAG_GEO_NUMBERS, TIFF_DOUBLE}, {TAG_GEO_TEXTS, TIFF_ASCII}};
+    TIFF *tiff = tiff_open(from, "r", NULL);
+    int ok = tiff != NULL;
+    for (int i = 0; ok && i < 6; ++i) {
+        uint32_t count;
+        const void *data = tiff_tag(tiff, tags[i].tag, tags[i].type, &count);
+        TIFFFieldInfo info = {tags[i].tag, TIFF_VARIABLE2, TIFF_VARIABLE2, tags[i].type, FIELD_CUSTOM, 1, 1, names[i]};
+        if (data)
+            ok = TIFFMergeFieldInfo(w->tiff, &info, 1) == 0 && TIFFSetField(w->tiff, tags[i].tag, count, data);
+    }
+    if (tiff)
+        TIFFClose(tiff);
+    return ok;
 }
 
 static int flush_tiff(raster_writer *w, image_error *error) {
@@ -882,6 +927,16 @@ raster_writer *raster_writer_create(const char *path, int width, int height, int
         return w;
     raster_abandon(w);
     return NULL;
+}
+
+int raster_place(raster_writer *w, const char *like, image_error *error) {
+#if RASTER_HAS_TIFF
+    if (w->format == RASTER_TIFF && raster_format_of(like) == RASTER_TIFF && !copy_geography(w, like))
+        return fail(error, w->path, "cannot take over the georeference of %s", like);
+#else
+    (void)w, (void)like, (void)error;
+#endif
+    return 1;
 }
 
 int raster_write(raster_writer *w, int rows, const float *from, image_error *error) {

@@ -50,6 +50,8 @@ typedef struct raster_writer raster_writer;
  * PFM and PNG take 1 or 3 channels. */
 raster_writer *raster_writer_create(const char *path, int width, int height, int channels, const char *const *names,
                                     image_range range, int bits, image_pending *pending, image_error *error);
+/* Before the first rows: a TIFF gets the GeoTIFF tags of the file `like`, if that is one. */
+int raster_place(raster_writer *writer, const char *like, image_error *error);
 int raster_write(raster_writer *writer, int rows, const float *from, image_error *error);
 /* All rows are there: completes the file, which waits for image_commit. Frees the writer in any case. */
 int raster_finish(raster_writer *writer, image_error *error);

@@ -1,8 +1,9 @@
 /* bench-run - time and error of gtao.h and of every rival method, into build/bench/.
  *
- *     build/bench-run [--quick] [--only speed|error]
+ *     build/bench-run [--quick] [--only speed|skips|error]
  *
  * speed.csv  what the library costs: instruction sets, samples, radius, resolution, threads, outputs
+ * skips.csv  what skipping saves, a part of the speed
  * error.csv  error against time of every method and setting on every scene, against both truths
  * truth.csv  the random error of the truths themselves
  * crops.png  the methods side by side
@@ -46,15 +47,17 @@ static bool write_host(bool quick) {
 }
 
 int main(int argc, char **argv) {
-    bool quick = false, speed = true, error = true;
+    bool quick = false, speed = true, error = true, skips = false;
     for (int i = 1; i < argc; ++i) {
         const char *value = i + 1 < argc ? argv[i + 1] : "";
         if (strcmp(argv[i], "--quick") == 0)
             quick = true;
         else if (strcmp(argv[i], "--only") == 0 && (strcmp(value, "speed") == 0 || strcmp(value, "error") == 0))
             speed = strcmp(value, "speed") == 0, error = !speed, ++i;
+        else if (strcmp(argv[i], "--only") == 0 && strcmp(value, "skips") == 0)
+            speed = error = false, skips = true, ++i;
         else {
-            fprintf(stderr, "usage: bench-run [--quick] [--only speed|error]\n");
+            fprintf(stderr, "usage: bench-run [--quick] [--only speed|skips|error]\n");
             return 2;
         }
     }
@@ -66,6 +69,8 @@ int main(int argc, char **argv) {
         if (!speed_run(quick))
             return 1;
     }
+    if (skips && !speed_skips(quick))
+        return 1;
     if (error) {
         printf("error against time\n");
         if (!quality_run(quick))

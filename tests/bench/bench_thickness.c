@@ -164,8 +164,8 @@ static bool compute(const bench *b, const gtao_desc *d, float *out) {
     gtao_result r = scratch ? gtao_begin(d, &o, scratch, size, &context) : GTAO_ERROR_SCRATCH;
     if (r == GTAO_OK) {
         stages s = {context};
-        pool_run(b->threads, d->height, 0, prepare_rows, NULL, &s);
-        pool_run(b->threads, d->height, 0, visibility_rows, NULL, &s);
+        pool_run(b->threads, d->height, GTAO_STRIP, prepare_rows, NULL, &s);
+        pool_run(b->threads, d->height, GTAO_STRIP, visibility_rows, NULL, &s);
     } else {
         fprintf(stderr, "bench_thickness: %s\n", gtao_result_string(r));
     }

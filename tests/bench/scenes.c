@@ -929,8 +929,36 @@ bool bench_scene_build(bench_scene *out, int index, int width, int height) {
     return scenes[index].build(out, width, height);
 }
 
+/* Flat ground to the horizon and some houses under half a sky: what most of an outdoor frame is. */
+static bool build_village(bench_scene *s, int width, int height) {
+    mesh *m = &s->mesh;
+    uint32_t seed = 5;
+    mesh_add_box(m, mesh_world, -2000, -1, -4000, 2000, 0, 100);
+    for (int k = 0; k < 9; ++k) {
+        double w = random_in(&seed, 7, 11), h = random_in(&seed, 3, 6), x = (k % 2 ? 1 : -1) * random_in(&seed, 12, 45);
+        mesh_frame f = mesh_turned_y(mesh_moved(mesh_world, x, 0, -30 - 14.0 * k), random_in(&seed, -20, 20));
+        unsigned v[6];
+        mesh_add_box(m, f, -w / 2, 0, -4, w / 2, h, 4);
+        for (int i = 0; i < 4; ++i)
+            v[i] = mesh_add_vertex(m, &f, v3((i & 1 ? w : -w) * 0.55, h, i & 2 ? 4.6 : -4.6));
+        v[4] = mesh_add_vertex(m, &f, v3(-w * 0.55, h + 3, 0));
+        v[5] = mesh_add_vertex(m, &f, v3(w * 0.55, h + 3, 0));
+        mesh_add_quad(m, v[0], v[1], v[5], v[4]);
+        mesh_add_quad(m, v[3], v[2], v[4], v[5]);
+        mesh_add_triangle(m, v[0], v[4], v[2]);
+        mesh_add_triangle(m, v[1], v[3], v[5]);
+    }
+    look_at(s, v3(0, 1.7, 0), v3(0, 1.7, -50), 0.85, width, height);
+    s->radius = 2;
+    return true;
+}
+
 bool bench_study_build(bench_scene *out, const char *name, int width, int height) {
     memset(out, 0, sizeof *out);
+    if (strcmp(name, "village") == 0) {
+        out->name = "village", out->title = "houses on flat ground";
+        return build_village(out, width, height);
+    }
     bool bar = strcmp(name, "bar") == 0;
     if (!bar && strcmp(name, "elephant") != 0)
         return false;

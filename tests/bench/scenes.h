@@ -32,8 +32,9 @@ int bench_scenes_exist(const char *program, int count, char *const *names);
 /* Scene `index` seen by an image of width x height pixels. Needs the repository root as working directory (the terrain
  * reads tests/data/jacksboro.pfm). Prints the reason and returns false if that fails. */
 bool bench_scene_build(bench_scene *out, int index, int width, int height);
-/* Two more, to look at what is behind things, not counted above: "bar", a thin bar in front of a plain wall, and
- * "elephant", an animal in front of one. False if there is no such study. */
+/* Three more, not counted above. To look at what is behind things: "bar", a thin bar in front of a plain wall, and
+ * "elephant", an animal in front of one; "village", houses on flat ground under half a sky, of which most can be skipped.
+ * False if there is no such study. */
 bool bench_study_build(bench_scene *out, const char *name, int width, int height);
 void bench_scene_free(bench_scene *s);
 

@@ -73,10 +73,11 @@ static bool picture_open(picture *p, const char *name, int width, int height, po
     memset(p, 0, sizeof *p);
     while (index < bench_scene_count() && strcmp(bench_scene_name(index), name) != 0)
         ++index;
-    if (index == bench_scene_count() || !bench_scene_build(&s, index, width, height))
+    if (!(index < bench_scene_count() ? bench_scene_build(&s, index, width, height)
+                                      : bench_study_build(&s, name, width, height)))
         return false;
     size_t n = (size_t)width * (size_t)height;
-    p->name = bench_scene_name(index);
+    p->name = s.name;
     p->scratch_size = 160 * n + (1u << 22);
     p->z = malloc(n * sizeof(float));
     p->normals = malloc(3 * n * sizeof(float));
@@ -164,8 +165,8 @@ static void run_threads(void *user) {
     if (gtao_begin(&j->desc, &j->output, j->picture->scratch, j->picture->scratch_size, &context) != GTAO_OK)
         exit(1);
     j->context = context;
-    pool_run(j->threads, j->desc.height, 0, prepare_rows, NULL, j);
-    pool_run(j->threads, j->desc.height, 0, visibility_rows, NULL, j);
+    pool_run(j->threads, j->desc.height, GTAO_STRIP, prepare_rows, NULL, j);
+    pool_run(j->threads, j->desc.height, GTAO_STRIP, visibility_rows, NULL, j);
 }
 
 static void run_transcription(void *user) {
@@ -454,6 +455,79 @@ static bool thread_counts(pool *threads, int repeat) {
     return true;
 }
 
+/* What each skip saves, alone and with the others, at two settings; and what a tolerance adds. */
+static void skips(const picture *p, FILE *to, int repeat) {
+    static const struct {
+        const char *name;
+        unsigned no_skip;
+        float tolerance;
+    } kinds[] = {{"none", GTAO_SKIP_ALL, 0},
+                 {"sky", GTAO_SKIP_ALL & ~GTAO_SKIP_SKY, 0},
+                 {"open", GTAO_SKIP_ALL & ~GTAO_SKIP_OPEN, 0},
+                 {"sectors", GTAO_SKIP_ALL & ~GTAO_SKIP_SECTORS, 0},
+                 {"all", 0, 0},
+                 {"tolerance 0.001", 0, 0.001f},
+                 {"tolerance 0.01", 0, 0.01f}};
+    enum { N = (int)(sizeof kinds / sizeof *kinds) };
+    float *exact = malloc(view_pixels(&p->view) * sizeof(float));
+    for (int every = 0; exact && every < 2; ++every) {
+        job j[N];
+        timed t[N + 2];
+        for (int k = 0; k < N; ++k) {
+            j[k] = production(p);
+            j[k].desc.every_pixel = every;
+            j[k].desc.no_skip = kinds[k].no_skip;
+            j[k].desc.tolerance = kinds[k].tolerance;
+            t[k] = (timed){run_library, &j[k], 0};
+        }
+        t[N] = (timed){run_transcription, &j[0], 0};
+        t[N + 1] = (timed){run_library, &j[0], 0}; /* not counted: it brings the picture back into the caches */
+        measure(t, every ? N : N + 2, repeat, thread_seconds);
+        for (int k = 0; k < N; ++k) {
+            gtao_stats stats;
+            double pixels = (double)view_pixels(&p->view), worst = 0;
+            memset(&stats, 0, sizeof stats);
+            gtao_compute(&j[k].desc, &j[k].output, p->scratch, p->scratch_size, &stats);
+            if (k == 0)
+                memcpy(exact, p->visibility, view_pixels(&p->view) * sizeof(float));
+            for (size_t i = 0; i < view_pixels(&p->view); ++i)
+                worst = fmax(worst, fabs((double)p->visibility[i] - (double)exact[i]));
+            fprintf(to, "%s,%s,%s,%.4g,%.4g,%.4f,%.4f,%.4f,%.2g,%.4g\n", p->name,
+                    every ? "1 slice x every pixel" : setting, kinds[k].name, ns_a_pixel(&t[k], p),
+                    t[0].seconds / t[k].seconds, (double)stats.sky_skipped / pixels, (double)stats.open / pixels,
+                    (double)stats.samples_skipped / (double)(stats.samples + stats.samples_skipped + 1), worst,
+                    every ? 0 : t[N].seconds / t[k].seconds);
+        }
+        if (!every)
+            printf("  %s: %.1f times as fast with skips as without, %.0f times as fast as the transcription\n", p->name,
+                   t[0].seconds / t[4].seconds, t[N].seconds / t[4].seconds);
+    }
+    free(exact);
+}
+
+bool speed_skips(bool quick) {
+    static const char *const names[] = {"village", "stairs", "furniture", "far", "terrain"};
+    pool *threads = pool_create(cli_processors());
+    FILE *to = fopen("build/bench/skips.csv", "w");
+    bool ok = to && threads;
+    if (to)
+        fprintf(to, "scene,setting,skips,ns,factor,sky,open,samples,error,transcription\n");
+    for (int k = 0; ok && k < 5; ++k) {
+        picture p;
+        ok = picture_open(&p, names[k], WIDTH, HEIGHT, threads);
+        if (ok) {
+            skips(&p, to, quick ? 3 : 9);
+            picture_close(&p);
+        }
+    }
+    if (!ok)
+        fprintf(stderr, "speed: build/bench/skips.csv: failed\n");
+    if (to)
+        fclose(to);
+    pool_destroy(threads);
+    return ok;
+}
+
 bool speed_run(bool quick) {
     static const char *const names[] = {"stairs", "foliage", "furniture", "terrain"};
     int repeat = quick ? 3 : 11, scenes = quick ? 3 : 4;
@@ -484,6 +558,7 @@ bool speed_run(bool quick) {
             scratch(&p);
         picture_close(&p);
     }
+    ok = ok && speed_skips(quick);
     ok = ok && resolutions(threads, quick ? 3 : 7, quick) && thread_counts(threads, repeat);
     pool_destroy(threads);
     fclose(csv);

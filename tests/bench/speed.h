@@ -6,5 +6,7 @@
 
 /* Prints progress and a summary; prints the reason and returns false on failure. */
 bool speed_run(bool quick);
+/* The part of it that is about skips alone: build/bench/skips.csv. */
+bool speed_skips(bool quick);
 
 #endif

@@ -1,5 +1,5 @@
 /* Fuzz target over description and data: no crash, no sanitizer report, results in range, and the widest kernel gives
- * the same bits as the scalar one.
+ * the same bits as the scalar one, the first with all that can be skipped skipped and the second with nothing.
  *
  *   clang -fsanitize=fuzzer,address,undefined    the libFuzzer target (tests/fuzz/fuzz.sh)
  *   -DFUZZ_STANDALONE                            a program: replays the files named, or N random inputs (default 1000)
@@ -144,6 +144,8 @@ static void take_setting(reader *r, setting *s, int *width, int *height) {
         d->slices %= 16;
     if (d->steps > 64 && d->steps <= 256)
         d->steps %= 64;
+    if ((flags & 31u) == 31u)
+        d->tolerance = take_fraction(r);
 }
 
 static void fill(plane *p, size_t floats, reader *r) {
@@ -213,7 +215,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     reader r = {NULL, 0, 0};
     setting s;
     input in;
-    result scalar, wide;
+    result scalar, wide, visibility;
     int width, height;
     layout l;
     gtao_result status;
@@ -235,6 +237,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
             fill(&in.layer[i], (size_t)width, &r);
 
     in.desc.isa = GTAO_ISA_SCALAR;
+    in.desc.no_skip = GTAO_SKIP_ALL;
     current = in.desc;
     l = take_layout(&r);
     scalar = result_make(&in.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 4, l, 1);
@@ -248,16 +251,22 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     }
 
     in.desc.isa = GTAO_ISA_AUTO;
+    in.desc.no_skip = 0;
     wide = result_make(&in.desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 4, l, 0);
     if (gtao_compute(&in.desc, &wide.output, wide.scratch, wide.scratch_size, NULL) != status)
         complain("kernels disagree on the status", (float)status);
     if (!result_equal(&scalar, &wide))
-        complain("kernels disagree", 0);
+        complain("kernels, or skips, disagree", 0);
+    visibility = result_make(&in.desc, WANT_VISIBILITY, GTAO_FORMAT_FLOAT, 4, l, 0); /* sky is skipped only then */
+    if (gtao_compute(&in.desc, &visibility.output, visibility.scratch, visibility.scratch_size, NULL) == GTAO_OK &&
+        !result_equal(&scalar, &visibility))
+        complain("visibility alone differs", 0);
     if (result_spilled(&scalar) || result_spilled(&wide))
         complain("written outside the rows", 0);
 
     result_free(&scalar);
     result_free(&wide);
+    result_free(&visibility);
     input_free(&in);
     return 0;
 }

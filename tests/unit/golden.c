@@ -65,7 +65,7 @@ static uint64_t hash_estimate(const setting *s) {
 }
 
 /* Sweeps with and without a radius, their horizon maps, and sums kept between batches. */
-static uint64_t hash_sweep(const setting *s, gtao_isa isa, int wrap) {
+static uint64_t hash_sweep(const setting *s, gtao_isa isa, int wrap, int want) {
     layout tight = {0, 0, 0};
     input in = input_make(s, 67, 45, tight);
     gtao_sweep_options options = {0};
@@ -79,7 +79,7 @@ static uint64_t hash_sweep(const setting *s, gtao_isa isa, int wrap) {
         in.desc.slices = 3;
         in.desc.radius = bounded ? 1.5f : HUGE_VALF;
         in.desc.border = wrap ? GTAO_BORDER_WRAP : GTAO_BORDER_OPEN;
-        r = result_make(&in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        r = result_make(&in.desc, want, GTAO_FORMAT_FLOAT, 3, tight, 0);
         horizons = plane_make(6 * 45, sizeof(float) * 67, tight);
         options.horizons = (float *)(void *)horizons.first;
         options.batch = 2;
@@ -87,7 +87,9 @@ static uint64_t hash_sweep(const setting *s, gtao_isa isa, int wrap) {
         scratch = malloc(size);
         if (gtao_sweep_compute(&in.desc, &r.output, &options, scratch, size, NULL, NULL) != GTAO_OK)
             h = 0;
-        h = hash_plane(hash_plane(hash_plane(hash_plane(h, &r.visibility), &r.bent), &r.packed), &horizons);
+        h = want == WANT_SH
+                ? hash_plane(h, &r.sh)
+                : hash_plane(hash_plane(hash_plane(hash_plane(h, &r.visibility), &r.bent), &r.packed), &horizons);
         free(scratch);
         free(horizons.memory);
         result_free(&r);
@@ -108,6 +110,8 @@ static uint64_t hash_frames(const frame_setting *f, gtao_isa isa) {
         if (sequence_run(&q, k, NULL) != GTAO_OK)
             h = 0;
         h = hash_plane(hash_plane(hash_plane(h, &q.out.visibility), &q.out.bent), &q.out.packed);
+        if (q.out.sh.memory)
+            h = hash_plane(h, &q.out.sh);
     }
     sequence_free(&q);
     return h;
@@ -311,14 +315,16 @@ static int hash_all(gtao_isa isa, entry *entries) {
     entries[count].name = "sh";
     entries[count].hash = hash_sh_formulas();
     for (int i = 0; i < SETTING_COUNT; i++)
-        entries[count].hash = entries[count].hash * 31u + hash_setting(&settings[i], isa, GTAO_FORMAT_FLOAT, WANT_SH);
+        if (!settings[i].desc.far_depth)
+            entries[count].hash =
+                entries[count].hash * 31u + hash_setting(&settings[i], isa, GTAO_FORMAT_FLOAT, WANT_SH);
     count++;
     entries[count].name = "sh-thickness";
     entries[count].hash = hash_start;
     for (int i = 0; i < SETTING_COUNT; i++) {
         setting thick = settings[i];
         thick.desc.thickness = 0.15f;
-        if (thick.desc.estimator == GTAO_ESTIMATOR_NORMALIZED && thick.desc.thin_blend == 0.0f)
+        if (thick.desc.estimator == GTAO_ESTIMATOR_NORMALIZED && thick.desc.thin_blend == 0.0f && !thick.desc.far_depth)
             entries[count].hash = entries[count].hash * 31u + hash_setting(&thick, isa, GTAO_FORMAT_FLOAT, WANT_SH);
     }
     count++;
@@ -331,8 +337,10 @@ static int hash_all(gtao_isa isa, entry *entries) {
     entries[count++].hash = hash_specular_formulas();
     for (int i = 0, k = 0; i < SETTING_COUNT; i++)
         if (strcmp(settings[i].name, "default") == 0 || strcmp(settings[i].name, "height-every-pixel") == 0) {
-            entries[count].name = k++ ? "sweep-height" : "sweep-perspective";
-            entries[count++].hash = hash_sweep(&settings[i], isa, k == 2);
+            entries[count].name = k ? "sweep-height" : "sweep-perspective";
+            entries[count++].hash = hash_sweep(&settings[i], isa, k, WANT_ALL);
+            entries[count].name = k ? "sweep-height-sh" : "sweep-perspective-sh";
+            entries[count++].hash = hash_sweep(&settings[i], isa, k++, WANT_SH);
         }
     return count;
 }
@@ -363,7 +371,7 @@ static int compare(FILE *file, gtao_isa isa, const entry *entries, int count) {
 }
 
 int main(int argc, char **argv) {
-    static entry entries[SETTING_COUNT + FRAME_SETTING_COUNT + 13];
+    static entry entries[SETTING_COUNT + FRAME_SETTING_COUNT + 15];
     int bad = 0;
     if (argc < 2) {
         int count = hash_all(GTAO_ISA_SCALAR, entries);

@@ -227,6 +227,9 @@ static const setting settings[] = {
                                             .device_scale = SCENE_DEVICE_SCALE, .device_bias = SCENE_DEVICE_BIAS}},
     {"layers-height", 0, WITH_LAYERS | WITH_MAP, {ORTHO, .depth_kind = GTAO_DEPTH_HEIGHT, .radius = 2,
                                                   .border = GTAO_BORDER_WRAP}},
+    {"far-nearest", 1, 0, {PERSPECTIVE, .radius = 4, .far_depth = GTAO_FAR_NEAREST, .far_px = 8}},
+    {"far-average", 0, 0, {ORTHO, .radius = 2, .falloff = 0.5f, .slices = 3, .steps = 9,
+                           .far_depth = GTAO_FAR_AVERAGE, .far_px = 9}},
 };
 /* clang-format on */
 
@@ -419,8 +422,8 @@ typedef struct sequence {
 static inline sequence sequence_make(const setting *s, int width, int height, const gtao_frame_desc *options,
                                      layout l) {
     sequence q;
-    setting plain = *s; /* frames take a constant thickness only */
-    plain.given &= WITH_MASK;
+    setting plain = *s; /* frames take neither backs nor layers */
+    plain.given &= WITH_MASK | WITH_MAP;
     memset(&q, 0, sizeof q);
     q.width = width, q.height = height;
     q.in = input_make(&plain, width, height, l);
@@ -436,7 +439,8 @@ static inline sequence sequence_make(const setting *s, int width, int height, co
     if (!q.state || !q.state_size)
         abort();
     memset(q.state, 0xFF, q.state_size); /* whatever is read must have been written */
-    q.out = result_make(&q.in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 4, l, 0);
+    q.out = result_make(&q.in.desc, options->sh_bands ? WANT_EVERYTHING : WANT_ALL, GTAO_FORMAT_FLOAT, 4, l, 0);
+    q.out.output.sh_bands = options->sh_bands;
     return q;
 }
 
@@ -493,6 +497,9 @@ static const frame_setting frame_settings[] = {
      {.half = 1, .view_to_previous = {1, 0, 0.01f, 0.02f, 0, 1, 0, -0.01f, -0.01f, 0, 1, 0.05f}}},
     {"frame-motion", {.half = 1, .motion_components = 2}},
     {"frame-motion-in-depth", {.motion_components = 3, .clamp_window = 0.1f}},
+    {"frame-upsample-normals", {.half = 1, .upsample_normals = 1}},
+    {"frame-sh", {.half = 1, .sh_bands = 3, .motion_components = 2}},
+    {"frame-sh-two-bands", {.sh_bands = 2, .spatial_passes = 2, .no_temporal = 1}},
 };
 
 enum { FRAME_SETTING_COUNT = (int)(sizeof frame_settings / sizeof frame_settings[0]) };

@@ -106,6 +106,9 @@ enum { NULL_DESC = 1, NULL_OUTPUT = 2 };
     X(thin_blend_negative, GTAO_ERROR_THIN_BLEND, c->desc.thin_blend = -0.01f)                                         \
     X(thin_blend_large, GTAO_ERROR_THIN_BLEND, c->desc.thin_blend = 1.01f)                                             \
     X(thin_blend_nan, GTAO_ERROR_THIN_BLEND, c->desc.thin_blend = float_nan())                                         \
+    X(tolerance_negative, GTAO_ERROR_ALLOWED, c->desc.tolerance = -0.01f)                                              \
+    X(tolerance_large, GTAO_ERROR_ALLOWED, c->desc.tolerance = 1.01f)                                                  \
+    X(tolerance_nan, GTAO_ERROR_ALLOWED, c->desc.tolerance = float_nan())                                              \
     X(thickness_negative, GTAO_ERROR_THICKNESS, c->desc.thickness = -0.01f)                                            \
     X(thickness_nan, GTAO_ERROR_THICKNESS, c->desc.thickness = float_nan())                                            \
     X(thickness_map_stride_short, GTAO_ERROR_THICKNESS_MAP, behind(&c->desc, 1, 4 * WIDTH - 4))                        \
@@ -124,6 +127,19 @@ enum { NULL_DESC = 1, NULL_OUTPUT = 2 };
     X(estimator_unknown, GTAO_ERROR_ESTIMATOR, c->desc.estimator = (gtao_estimator)2)                                  \
     X(weighting_unknown, GTAO_ERROR_WEIGHTING, c->desc.weighting = (gtao_weighting)2)                                  \
     X(noise_unknown, GTAO_ERROR_NOISE, c->desc.noise = (gtao_noise)3)                                                  \
+    X(target_negative, GTAO_ERROR_TARGET, c->desc.error_target = -0.1f)                                                \
+    X(target_nan, GTAO_ERROR_TARGET, c->desc.error_target = float_nan())                                               \
+    X(target_noise, GTAO_ERROR_TARGET, (c->desc.error_target = 0.1f, c->desc.noise = GTAO_NOISE_NONE))                 \
+    X(far_unknown, GTAO_ERROR_FAR, c->desc.far_depth = (gtao_far)3)                                                    \
+    X(far_px_small, GTAO_ERROR_FAR, c->desc.far_px = 7)                                                                \
+    X(far_px_negative, GTAO_ERROR_FAR, c->desc.far_px = -16)                                                           \
+    X(far_hilbert, GTAO_ERROR_FAR, far_with(&c->desc)->noise = GTAO_NOISE_HILBERT)                                     \
+    X(far_clamp, GTAO_ERROR_FAR, far_with(&c->desc)->border = GTAO_BORDER_CLAMP)                                       \
+    X(far_every_pixel, GTAO_ERROR_FAR, far_with(&c->desc)->every_pixel = 1)                                            \
+    X(far_reference, GTAO_ERROR_FAR, far_with(&c->desc)->preset = GTAO_PRESET_REFERENCE)                               \
+    X(far_thickness, GTAO_ERROR_FAR, far_with(&c->desc)->thickness = 1)                                                \
+    X(far_thin_blend, GTAO_ERROR_FAR, far_with(&c->desc)->thin_blend = 0.5f)                                           \
+    X(far_memo, GTAO_ERROR_FAR, far_with(&c->desc)->estimator = GTAO_ESTIMATOR_MEMO)                                   \
     X(isa_unknown, GTAO_ERROR_ISA, c->desc.isa = (gtao_isa)6)                                                          \
     X(isa_of_another_machine, GTAO_ERROR_ISA,                                                                          \
       c->desc.isa = gtao_isa_available(GTAO_ISA_NEON) ? GTAO_ISA_SSE2 : GTAO_ISA_NEON)                                 \
@@ -172,6 +188,11 @@ static void ortho(gtao_desc *d, float sx, float sy) {
 static void interleave(gtao_output *o, ptrdiff_t step, ptrdiff_t row) {
     o->sh_plane_stride = step;
     o->sh_stride = row;
+}
+
+static gtao_desc *far_with(gtao_desc *d) {
+    d->far_depth = GTAO_FAR_NEAREST;
+    return d;
 }
 
 static void behind(gtao_desc *d, int which, ptrdiff_t stride) {

@@ -134,12 +134,10 @@ static void check_equal(const char *name, int channels, size_t pixels, const flo
 }
 
 /* What the library itself makes of a map. */
-static void sweep(int width, int height, const float *map, const float *normals, float pixel, gtao_border border,
-                  int slices, float *visibility, float *bent) {
+static void sweep_outputs(int width, int height, const float *map, const float *normals, float pixel,
+                          gtao_border border, int slices, const gtao_output *output) {
     gtao_desc desc;
-    gtao_output output;
     memset(&desc, 0, sizeof desc);
-    memset(&output, 0, sizeof output);
     desc.width = width;
     desc.height = height;
     desc.depth = map;
@@ -150,17 +148,49 @@ static void sweep(int width, int height, const float *map, const float *normals,
     desc.border = border;
     desc.radius = HUGE_VALF;
     desc.slices = slices;
-    output.visibility = visibility;
-    output.bent_normals = bent;
-    size_t size = gtao_sweep_scratch_size(&desc, &output, NULL) + gtao_sweep_work_size(&desc, NULL);
+    size_t size = gtao_sweep_scratch_size(&desc, output, NULL) + gtao_sweep_work_size(&desc, NULL);
     void *scratch = malloc(size);
     assert_non_null(scratch);
-    assert_int_equal(gtao_sweep_compute(&desc, &output, NULL, scratch, size, NULL, NULL), GTAO_OK);
+    assert_int_equal(gtao_sweep_compute(&desc, output, NULL, scratch, size, NULL, NULL), GTAO_OK);
     free(scratch);
+}
+
+static void sweep(int width, int height, const float *map, const float *normals, float pixel, gtao_border border,
+                  int slices, float *visibility, float *bent) {
+    gtao_output output;
+    memset(&output, 0, sizeof output);
+    output.visibility = visibility;
+    output.bent_normals = bent;
+    sweep_outputs(width, height, map, normals, pixel, border, slices, &output);
 }
 
 #define SMALL "--height @/h.pfm --pixel-size 20 --directions 8 "
 #define LARGE "--height @/big.raw --raw-size 420,420 --pixel-size 1 --directions 16 "
+
+/* ---- files ------------------------------------------------------------------------------------------------------- */
+
+/* Noise with ever more zeros, so that chunks compress to a little more than their own size, just that, and less. */
+static void test_exr_chunks(void **state) {
+    (void)state;
+    enum { W = 225, H = 16, FLOATS = W * H };
+    static float data[FLOATS];
+    for (int zeros = 0; zeros < 300; ++zeros) {
+        unsigned seed = 1;
+        for (int i = 0; i < FLOATS; ++i) {
+            seed = seed * 1664525u + 1013904223u;
+            unsigned bits = (seed & 0x80000000u) | 0x3f000000u | (seed >> 9 & 0x7fffffu);
+            memcpy(data + i, &bits, 4);
+        }
+        for (int i = 0; i < zeros; ++i)
+            data[i * 12] = 0.0f;
+        save("c.exr", W, H, 1, data, 8);
+        float *read = load("c.exr", 1, FLOATS);
+        if (memcmp(read, data, sizeof data) != 0)
+            fail_msg("%d zeros: differs", zeros);
+        free(read);
+    }
+    drop("c.exr");
+}
 
 /* ---- results ----------------------------------------------------------------------------------------------------- */
 
@@ -234,17 +264,22 @@ static void test_input_formats(void **state) {
 #if HAS_TIFF
 
 /* A GeoTIFF of 16-bit integers in strips, as elevation models come: cells of 20 units, -9999 where nothing is known. */
+static const double geotiff_place[6] = {0.0, 0.0, 0.0, 512000.0, 4030000.0, 0.0};
+static const char geotiff_text[] = "somewhere|";
+
 static void save_geotiff(const char *name, int compressed) {
     static const TIFFFieldInfo fields[] = {
         {33550, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, (char *)(uintptr_t) "ModelPixelScale"},
         {34735, -1, -1, TIFF_SHORT, FIELD_CUSTOM, 1, 1, (char *)(uintptr_t) "GeoKeyDirectory"},
+        {33922, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, (char *)(uintptr_t) "ModelTiepoint"},
+        {34737, -1, -1, TIFF_ASCII, FIELD_CUSTOM, 1, 0, (char *)(uintptr_t) "GeoAsciiParams"},
         {42113, -1, -1, TIFF_ASCII, FIELD_CUSTOM, 1, 0, (char *)(uintptr_t) "GDALNoData"}};
     double scale[3] = {20.0, 20.0, 0.0};
     uint16_t keys[8] = {1, 1, 0, 1, 1024, 0, 1, 1};
     int16_t row[WIDTH];
     TIFF *t = TIFFOpen(in_directory(name), "w");
     assert_non_null(t);
-    TIFFMergeFieldInfo(t, fields, 3);
+    TIFFMergeFieldInfo(t, fields, 5);
     TIFFSetField(t, TIFFTAG_IMAGEWIDTH, WIDTH);
     TIFFSetField(t, TIFFTAG_IMAGELENGTH, HEIGHT);
     TIFFSetField(t, TIFFTAG_BITSPERSAMPLE, 16);
@@ -255,6 +290,8 @@ static void save_geotiff(const char *name, int compressed) {
     TIFFSetField(t, TIFFTAG_COMPRESSION, compressed ? COMPRESSION_ADOBE_DEFLATE : COMPRESSION_NONE);
     TIFFSetField(t, 33550, 3, scale);
     TIFFSetField(t, 34735, 8, keys);
+    TIFFSetField(t, 33922, 6, geotiff_place);
+    TIFFSetField(t, 34737, geotiff_text);
     TIFFSetField(t, 42113, "-9999");
     for (int y = 0; y < HEIGHT; ++y) {
         for (int x = 0; x < WIDTH; ++x)
@@ -276,8 +313,25 @@ static void test_geotiff(void **state) {
         save_geotiff("in.tif", compressed);
         run_well("--height @/in.tif --directions 8 -o @/v.raw"); /* it states the size of its pixels */
         check_equal("v.raw", 1, PIXELS, v);
+        run_well("--height @/in.tif --directions 8 -o @/v.tif"); /* and where it lies: so does the result */
+        check_equal("v.tif", 1, PIXELS, v);
+        TIFF *t = TIFFOpen(in_directory("v.tif"), "r");
+        uint32_t count = 0;
+        void *data = NULL;
+        assert_non_null(t);
+        assert_int_equal(TIFFGetField(t, 33922, &count, &data), 1);
+        assert_int_equal(count, 6);
+        assert_memory_equal(data, geotiff_place, sizeof geotiff_place);
+        assert_int_equal(TIFFGetField(t, 34737, &count, &data), 1);
+        assert_string_equal(data, geotiff_text);
+        assert_int_equal(TIFFGetField(t, 34735, &count, &data), 1);
+        assert_int_equal(count, 8);
+        assert_int_equal(TIFFGetField(t, 33550, &count, &data), 1);
+        assert_int_equal(count, 3);
+        TIFFClose(t);
     }
     drop("v.raw");
+    drop("v.tif");
     drop("in.tif");
 }
 
@@ -324,6 +378,51 @@ static void test_bent_spaces(void **state) {
         check_equal("b.pfm", 3, PIXELS, turned);
     }
     drop("b.pfm");
+}
+
+static double sum_of(const float sh[9], float x, float y, float z) {
+    const float d[3] = {x, y, z};
+    float basis[9];
+    double sum = 0.0;
+    gtao_sh_basis(d, basis);
+    for (int i = 0; i < 9; ++i)
+        sum += (double)sh[i] * (double)basis[i];
+    return sum;
+}
+
+/* The same function in every space: of the library's coefficients in its axes, at the same direction in both. */
+static void test_harmonics(void **state) {
+    (void)state;
+    static float sh[9 * PIXELS];
+    gtao_output output;
+    memset(&output, 0, sizeof output);
+    output.sh = sh;
+    sweep_outputs(WIDTH, HEIGHT, heights, NULL, 20.0f, GTAO_BORDER_OPEN, 8, &output);
+    for (int k = 0; k < 3; ++k) {
+        run_well(k == 0   ? SMALL "--sh @/s.tif"
+                 : k == 1 ? SMALL "--sh @/s.tif --green directx"
+                          : SMALL "--sh @/s.tif --bent-space world --world-axes +x-z+y");
+        float *baked = load("s.tif", 9, PIXELS);
+        for (int i = 0; i < PIXELS; ++i) {
+            const float right = 0.36f, up = -0.48f, out = 0.8f;
+            float library[9];
+            for (int c = 0; c < 9; ++c)
+                library[c] = sh[c * PIXELS + i];
+            double expected = sum_of(library, right, -up, -out);
+            double found = sum_of(baked + 9 * i, right, k == 0 ? up : k == 1 ? -up : out, k == 2 ? -up : out);
+            if (fabs(found - expected) > 1e-5)
+                fail_msg("space %d, pixel %d: %g, expected %g", k, i, found, expected);
+        }
+        free(baked);
+    }
+    run_well(SMALL "--sh @/s.exr");
+    float *baked = load("s.exr:sh.6", 1, PIXELS);
+    for (int i = 0; i < PIXELS; ++i)
+        if (fabsf(baked[i] - sh[6 * PIXELS + i]) > 1e-5f) /* even in y and z */
+            fail_msg("channel sh.6, pixel %d: %g, expected %g", i, (double)baked[i], (double)sh[6 * PIXELS + i]);
+    free(baked);
+    drop("s.tif");
+    drop("s.exr");
 }
 
 /* A wall in the east of a plain: its horizon is at atan(height / distance) eastwards, level elsewhere. */
@@ -789,7 +888,7 @@ static void test_not_finite(void **state) {
 static void test_bad_options(void **state) {
     (void)state;
     run_badly("", "--height: required");
-    run_badly("--height @/h.pfm --pixel-size 1", "-o, --bent or --horizons");
+    run_badly("--height @/h.pfm --pixel-size 1", "-o, --bent, --horizons or --sh");
     run_badly("--height @/h.pfm -o @/v.pfm", "--pixel-size: required");
     run_badly("--height @/missing.pfm --pixel-size 1 -o @/v.pfm", "missing.pfm: No such file");
     run_badly("--height @/h.xyz --pixel-size 1 -o @/v.pfm", "unknown format");
@@ -798,6 +897,7 @@ static void test_bad_options(void **state) {
     run_badly(SMALL "-o @/h.pfm", "would overwrite the input");
     run_badly(SMALL "-o @/v.pfm --bent @/v.pfm", "the same file");
     run_badly(SMALL "--horizons @/h2.png", "channels need");
+    run_badly(SMALL "--sh @/s.pfm", "9 channels need");
     run_badly(SMALL "-o @/v.pfm --directions 65", "--directions 65");
     run_badly(SMALL "-o @/v.pfm --radius 0", "--radius 0");
     run_badly(SMALL "-o @/v.pfm --radius nan", "--radius nan");
@@ -833,7 +933,9 @@ int main(void) {
 #endif
         cmocka_unit_test(test_normals),
         cmocka_unit_test(test_bent_spaces),
+        cmocka_unit_test(test_exr_chunks),
         cmocka_unit_test(test_horizons),
+        cmocka_unit_test(test_harmonics),
         cmocka_unit_test(test_holes),
         cmocka_unit_test(test_wrap),
         cmocka_unit_test(test_tiles),

@@ -284,6 +284,129 @@ static void history_starts_anew(void **state) {
     sequence_free(&q);
 }
 
+/* ---- spherical harmonics ----------------------------------------------------------------------------------------- */
+
+/* They go through the filters with the weights of visibility and bent normals: so the first coefficient stays 0.28 of the
+ * visibility, and the next three stay along the bent normal. */
+static void harmonics_follow_the_rest(void **state) {
+    static const setting s = {"sh", 1, 0, {PERSPECTIVE, .radius = 1.5f, .falloff = 0.25f, .slices = 1, .steps = 8}};
+    (void)state;
+    for (size_t o = 0; o < FRAME_SETTING_COUNT; o++) {
+        gtao_frame_desc with = frame_settings[o].frame;
+        const int width = 91, height = 45;
+        with.sh_bands = 3;
+        sequence q = sequence_make(&s, width, height, &with, tight);
+        double along = 0;
+        for (int k = 0; k < 5; k++) {
+            sequence_fill(&q, &s, k);
+            run(&q, k, NULL);
+            for (int y = 0; y < height; y++)
+                for (int x = 0; x < width; x++) {
+                    float v, z, b[4], c[4], length;
+                    memcpy(&z, plane_row(&q.in.depth, y) + 4 * x, 4);
+                    memcpy(&v, plane_row(&q.out.visibility, y) + 4 * x, 4);
+                    memcpy(b, plane_row(&q.out.bent, y) + 16 * x, 16);
+                    for (int i = 0; i < 4; i++)
+                        memcpy(&c[i], plane_row(&q.out.sh, i * height + y) + 4 * x, 4);
+                    length = sqrtf(c[1] * c[1] + c[2] * c[2] + c[3] * c[3]);
+                    if (!(z > 0 && float_finite(z)) || length < 1e-3f)
+                        continue;
+                    if (!(fabsf(c[0] / 0.2820948f - v) < 2e-5f))
+                        fail_msg("%s, frame %d, (%d, %d): visibility %g, c0 %g", frame_settings[o].name, k, x, y,
+                                 (double)v, (double)(c[0] / 0.2820948f));
+                    if (!(b[0] * c[3] + b[1] * c[1] + b[2] * c[2] > 0.9999f * length))
+                        fail_msg("%s, frame %d, (%d, %d): bent normal %g %g %g, harmonics %g %g %g",
+                                 frame_settings[o].name, k, x, y, (double)b[0], (double)b[1], (double)b[2],
+                                 (double)(c[3] / length), (double)(c[1] / length), (double)(c[2] / length));
+                    along += 1;
+                }
+        }
+        assert_true(along > 5000);
+        assert_false(result_spilled(&q.out));
+        sequence_free(&q);
+    }
+}
+
+/* Bent normals go straight to the caller unless they are packed, too: the same ones, of three and four components. */
+static void bent_normals_alone_are_the_same(void **state) {
+    static const layout odd = {12, 20, 1};
+    (void)state;
+    for (int half = 0; half < 2; half++)
+        for (int width = 61; width < 70; width++) {
+            const gtao_frame_desc with = {.half = half};
+            const int height = 7;
+            sequence q = sequence_make(&settings[1], width, height, &with, tight);
+            for (int components = 3; components <= 4; components++) {
+                result alone = result_make(&q.in.desc, WANT_BENT, GTAO_FORMAT_FLOAT, components, odd, 0);
+                sequence_fill(&q, &settings[1], 0);
+                run(&q, 0, NULL);
+                q.frame.cut = 1;
+                assert_int_equal(gtao_frame(&q.frame, &alone.output, q.state, q.state_size, NULL), GTAO_OK);
+                for (int y = 0; y < height; y++)
+                    for (int x = 0; x < width; x++)
+                        assert_memory_equal(plane_row(&alone.bent, y) + (size_t)(4 * components * x),
+                                            plane_row(&q.out.bent, y) + 16 * x, (size_t)(4 * components));
+                assert_false(result_spilled(&alone));
+                result_free(&alone);
+            }
+            sequence_free(&q);
+        }
+}
+
+/* ---- thickness --------------------------------------------------------------------------------------------------- */
+
+/* A map of one value is that thickness, at both resolutions; without filters a frame is gtao_compute; and a change of
+ * the map wakes what is at rest. */
+static void thickness_maps_are_read(void **state) {
+    static const setting with_map = {"map", 1, WITH_MAP, {PERSPECTIVE, .radius = 1.5f, .slices = 1, .steps = 8}};
+    enum { WIDTH = 93, HEIGHT = 47 };
+    (void)state;
+    for (int half = 0; half < 2; half++) {
+        const gtao_frame_desc filters = {.half = half};
+        sequence map = sequence_make(&with_map, WIDTH, HEIGHT, &filters, tight), constant;
+        setting one = with_map;
+        one.given = 0, one.desc.thickness = 0.25f;
+        constant = sequence_make(&one, WIDTH, HEIGHT, &filters, tight);
+        for (int y = 0; y < HEIGHT; y++)
+            for (int x = 0; x < WIDTH; x++)
+                memcpy(plane_row(&map.in.map, y) + 4 * x, &one.desc.thickness, 4);
+        for (int k = 0; k < 90; k++) {
+            if (k < 4) {
+                sequence_fill(&map, &with_map, k);
+                sequence_fill(&constant, &one, k);
+            }
+            run(&map, k, NULL);
+            run(&constant, k, NULL);
+            assert_true(result_equal(&map.out, &constant.out));
+        }
+        memset(plane_row(&map.in.map, 10), 0, 4 * WIDTH); /* endless */
+        memset(plane_row(&map.in.map, 11), 0, 4 * WIDTH);
+        run(&map, 90, NULL);
+        run(&constant, 90, NULL);
+        assert_false(result_equal(&map.out, &constant.out));
+        sequence_free(&map);
+        sequence_free(&constant);
+    }
+    {
+        const gtao_frame_desc plain = {.no_spatial = 1, .no_temporal = 1};
+        sequence q = sequence_make(&with_map, WIDTH, HEIGHT, &plain, tight);
+        result r = result_make(&q.in.desc, WANT_ALL, GTAO_FORMAT_FLOAT, 4, tight, 0);
+        sequence_fill(&q, &with_map, 0);
+        run(&q, 0, NULL);
+        assert_int_equal(gtao_compute(&q.in.desc, &r.output, r.scratch, r.scratch_size, NULL), GTAO_OK);
+        for (int y = 0; y < HEIGHT; y++) /* but for the normals' rounding */
+            for (int x = 0; x < WIDTH; x++) {
+                float a, b;
+                memcpy(&a, plane_row(&q.out.visibility, y) + 4 * x, 4);
+                memcpy(&b, plane_row(&r.visibility, y) + 4 * x, 4);
+                if (!(fabsf(a - b) < 1e-3f))
+                    fail_msg("(%d, %d): %g, gtao_compute %g", x, y, (double)a, (double)b);
+            }
+        result_free(&r);
+        sequence_free(&q);
+    }
+}
+
 /* ---- errors ----------------------------------------------------------------------------------------------------- */
 
 static void every_error_fires(void **state) {
@@ -305,10 +428,11 @@ static void every_error_fires(void **state) {
     assert_int_equal(gtao_frame(NULL, &output, q.state, q.state_size, NULL), GTAO_ERROR_FRAME);
     assert_int_equal(gtao_frame_state_size(NULL), 0);
     EXPECT(GTAO_ERROR_SIZE, f.desc.width = 0);
-    EXPECT(GTAO_ERROR_FRAME_ARCS, f.desc.thickness_map = f.desc.depth);
     EXPECT(GTAO_ERROR_FRAME_ARCS, f.desc.back = f.desc.depth);
     EXPECT(GTAO_ERROR_FRAME_ARCS, (layer.depth = f.desc.depth, f.desc.layers = &layer, f.desc.layer_count = 1));
     EXPECT(GTAO_ERROR_REDUCTION, f.reduction = (gtao_reduction)3);
+    EXPECT(GTAO_ERROR_SH_BANDS, f.sh_bands = 1);
+    EXPECT(GTAO_ERROR_SH_BANDS, f.sh_bands = 4);
     EXPECT(GTAO_ERROR_SPATIAL, f.spatial_passes = 4);
     EXPECT(GTAO_ERROR_SPATIAL, f.spatial_passes = -1);
     EXPECT(GTAO_ERROR_TOLERANCE, f.depth_tolerance = -0.1f);
@@ -321,6 +445,9 @@ static void every_error_fires(void **state) {
     EXPECT(GTAO_ERROR_VIEW_TO_PREVIOUS, f.view_to_previous[7] = float_inf());
     EXPECT(GTAO_ERROR_MOTION, (f.motion = buffer, f.motion_components = 4));
     EXPECT(GTAO_ERROR_MOTION, (f.motion = buffer, f.motion_stride = 12));
+    f = q.frame;
+    f.sh_bands = 2; /* what is wanted, but not where to */
+    assert_int_equal(gtao_frame(&f, &output, q.state, 1u << 30, NULL), GTAO_ERROR_SH_BANDS);
     output.signal = buffer;
     EXPECT(GTAO_ERROR_SIGNAL, (void)0);
     output = q.out.output;
@@ -369,16 +496,22 @@ static void signal_is_the_output_before_filters(void **state) {
 
 int main(void) {
     enum { SETTINGS = sizeof settings / sizeof settings[0] };
-    struct CMUnitTest tests[SETTINGS + 8] = {
-        cmocka_unit_test(splits_and_strides_agree),  cmocka_unit_test(open_planes_stay_open),
-        cmocka_unit_test(bad_values_give_good_ones), cmocka_unit_test(one_nan_neither_spreads_nor_stays),
-        cmocka_unit_test(skipping_changes_no_bit),   cmocka_unit_test(history_starts_anew),
-        cmocka_unit_test(every_error_fires),         cmocka_unit_test(signal_is_the_output_before_filters)};
+    struct CMUnitTest tests[SETTINGS + 11] = {cmocka_unit_test(thickness_maps_are_read),
+                                              cmocka_unit_test(harmonics_follow_the_rest),
+                                              cmocka_unit_test(bent_normals_alone_are_the_same),
+                                              cmocka_unit_test(splits_and_strides_agree),
+                                              cmocka_unit_test(open_planes_stay_open),
+                                              cmocka_unit_test(bad_values_give_good_ones),
+                                              cmocka_unit_test(one_nan_neither_spreads_nor_stays),
+                                              cmocka_unit_test(skipping_changes_no_bit),
+                                              cmocka_unit_test(history_starts_anew),
+                                              cmocka_unit_test(every_error_fires),
+                                              cmocka_unit_test(signal_is_the_output_before_filters)};
     static char names[SETTINGS][64];
     for (int i = 0; i < SETTINGS; i++) {
         struct CMUnitTest test = {names[i], isas_agree, NULL, NULL, (void *)(uintptr_t)&settings[i]};
         snprintf(names[i], sizeof names[i], "isas_agree: %s", settings[i].name);
-        tests[8 + i] = test;
+        tests[11 + i] = test;
     }
     return cmocka_run_group_tests_name("frame", tests, NULL, NULL);
 }

@@ -439,7 +439,7 @@ static void test_help(void **state) {
 
 static void test_errors(void **state) {
     (void)state;
-    run_badly("", "-o, --slices or --stats");
+    run_badly("", "-o, --slices, --stats or --dump");
     run_badly("--bogus", "--bogus: unknown option");
     run_badly("-o", "-o: needs a value");
     run_badly("--kind --size 8", "--kind: needs a value");

@@ -426,7 +426,7 @@ static void set_singular_matrix(gtao_desc *d, float value) {
     d->normal_to_view[1] = value;
 }
 static void set_thickness(gtao_desc *d, float value) {
-    if (d->estimator != GTAO_ESTIMATOR_MEMO && d->thin_blend == 0.0f)
+    if (d->estimator != GTAO_ESTIMATOR_MEMO && d->thin_blend == 0.0f && !d->far_depth)
         d->thickness = value;
 }
 static void set_thickness_and_radius(gtao_desc *d, float value) {

@@ -26,7 +26,7 @@ static swept swept_make(const gtao_desc *desc, const gtao_sweep_options *options
     memset(&s, 0, sizeof s);
     if (options)
         s.options = *options;
-    s.r = result_make(desc, WANT_ALL, GTAO_FORMAT_FLOAT, 3, l, 0);
+    s.r = result_make(desc, WANT_EVERYTHING, GTAO_FORMAT_FLOAT, 3, l, 0);
     s.horizons = plane_make(2 * desc->slices * desc->height, sizeof(float) * (size_t)desc->width, l);
     s.options.horizons = (float *)(void *)s.horizons.first;
     s.options.horizon_stride = s.horizons.stride;
@@ -186,6 +186,12 @@ static void regions_agree(void **state) {
                     const int inside = x >= g[0] && x < g[2] && y >= g[1] && y < g[3];
                     if (inside ? memcmp(a, b, 4) != 0 : b[0] != CANARY || b[3] != CANARY)
                         fail_msg("%s: region %d: (%d, %d)", sweeps[i].name, k, x, y);
+                    for (int h = 0; h < 9; h++) {
+                        a = plane_row(&whole.r.sh, h * 45 + y) + 4 * x;
+                        b = plane_row(&part.r.sh, h * 45 + y) + 4 * x;
+                        if (inside ? memcmp(a, b, 4) != 0 : b[0] != CANARY || b[3] != CANARY)
+                            fail_msg("%s: region %d: coefficient %d of (%d, %d)", sweeps[i].name, k, h, x, y);
+                    }
                     for (int h = 0; h < 2 * in.desc.slices; h++) {
                         a = plane_row(&whole.horizons, h * 45 + y) + 4 * x;
                         b = plane_row(&part.horizons, h * 45 + y) + 4 * x;
@@ -225,6 +231,12 @@ static void anything_is_finite(void **state) {
                     if (!float_finite(v) || !(v >= 0.0f && v <= 1.0f) || !(length > 0.999f && length < 1.001f))
                         fail_msg("%s: visibility %g, length %g at (%d, %d)", sweeps[i].name, (double)v, (double)length,
                                  x, y);
+                    for (int h = 0; h < 9; h++) {
+                        float coefficient;
+                        memcpy(&coefficient, plane_row(&s.r.sh, h * 45 + y) + 4 * x, 4);
+                        if (!float_finite(coefficient) || !(coefficient >= -1.5f && coefficient <= 1.5f))
+                            fail_msg("%s: coefficient %g at (%d, %d)", sweeps[i].name, (double)coefficient, x, y);
+                    }
                     for (int h = 0; h < 2 * in.desc.slices; h++) {
                         float angle;
                         memcpy(&angle, plane_row(&s.horizons, h * 45 + y) + 4 * x, 4);

@@ -159,6 +159,21 @@ static void test_equals_library(void **state) {
              "--preset high --steps 7 --bent=@/b.exr -o @/v.exr");
     check_same("v.exr", 1, visibility, PIXELS);
     check_same("b.exr", 3, bent, PIXELS);
+
+    describe(&desc); /* effort by need: as by one call, with any threads; and within any time */
+    desc.error_target = 0.02f;
+    compute(&desc, visibility, bent);
+    run_well(INPUT "--error-target 0.02 --threads 3 --bent @/b.exr -o @/v.exr");
+    check_same("v.exr", 1, visibility, PIXELS);
+    check_same("b.exr", 3, bent, PIXELS);
+    run_well(INPUT "--budget-ms 0.001 -o @/v.exr");
+    desc.error_target = HUGE_VALF; /* nothing refined */
+    compute(&desc, visibility, bent);
+    check_same("v.exr", 1, visibility, PIXELS);
+    desc.error_target = 1e-6f; /* everything */
+    compute(&desc, visibility, bent);
+    run_well(INPUT "--budget-ms 1e6 --threads 2 -o @/v.exr");
+    check_same("v.exr", 1, visibility, PIXELS);
     remove_file("v.exr");
     remove_file("b.exr");
 }
@@ -401,6 +416,7 @@ static void test_stats(void **state) {
     assert_int_equal(text[0], '{');
     assert_true(number_in(text, "width") == WIDTH);
     assert_true(number_in(text, "height") == HEIGHT);
+    assert_true(number_in(text, "refined") == 0.0);
     assert_true(number_in(text, "threads") == 2.0);
     assert_non_null(strstr(text, "\"isa\": \"scalar\""));
     double total = number_in(text, "total_ms"), first = number_in(text, "ms");
@@ -499,13 +515,17 @@ static void test_occluders_with_thickness(void **state) {
 static void test_help(void **state) {
     (void)state;
     static const char *const options[] = {
-        "--depth ",  "--depth-kind ", "--device-scale ",  "--device-bias ", "--normal ", "--normal-axes ",
-        "--focal ",  "--center ",     "--fov-y ",         "--ortho ",       "--radius ", "--normal-to-view ",
-        "--falloff", "--thin-blend ", "--thickness ",     "--preset ",      "--slices ", "--max-radius-px ",
-        "--steps ",  "--estimator ",  "--weighting ",     "--noise ",       "--frame ",  "--half ",
-        "--denoise", "--albedo ",     "--border ",        "--sky ",         "--bent ",   "--isa ",
-        "--sh ",     "--threads",     "--no-skip ",       "--repeat ",      "--stats ",  "-o FILE",
-        "--back ",   "--layer ",      "--thickness-map ",
+        "--depth ",        "--depth-kind ",  "--device-scale ",  "--device-bias ",
+        "--normal ",       "--normal-axes ", "--focal ",         "--center ",
+        "--fov-y ",        "--ortho ",       "--radius ",        "--normal-to-view ",
+        "--falloff",       "--tolerance ",   "--thin-blend ",    "--thickness ",
+        "--preset ",       "--slices ",      "--max-radius-px ", "--steps ",
+        "--estimator ",    "--weighting ",   "--noise ",         "--frame ",
+        "--half ",         "--denoise",      "--albedo ",        "--border ",
+        "--sky ",          "--bent ",        "--isa ",           "--sh ",
+        "--threads",       "--no-skip ",     "--repeat ",        "--stats ",
+        "-o FILE",         "--back ",        "--layer ",         "--thickness-map ",
+        "--error-target ", "--budget-ms ",
     };
     run_well("--help");
     for (size_t i = 0; i < sizeof options / sizeof *options; ++i)
@@ -534,12 +554,20 @@ static void test_bad_options(void **state) {
         {"--max-radius-px -1", "--max-radius-px"},
         {"--max-radius-px 1.5", "--max-radius-px"},
         {"--thin-blend 2", "--thin-blend"},
+        {"--tolerance 1.5", "--tolerance"},
         {"--preset best", "--preset"},
         {"--slices 0", "--slices"},
         {"--slices 65", "--slices"},
         {"--steps -1", "--steps"},
         {"--steps 257", "--steps"},
         {"--steps 99999999999999999999", "--steps"},
+        {"--error-target 0", "--error-target"},
+        {"--error-target nan", "--error-target"},
+        {"--error-target 0.1 --slices 2", "--error-target"},
+        {"--error-target 0.1 --noise none", "--error-target"},
+        {"--error-target 0.1 --half", "--error-target"},
+        {"--budget-ms -1", "--budget-ms"},
+        {"--budget-ms 10 --preset low", "--budget-ms"},
         {"--estimator other", "--estimator"},
         {"--weighting other", "--weighting"},
         {"--noise white", "--noise"},

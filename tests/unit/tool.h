@@ -60,6 +60,22 @@ static inline int remove_directory(void) {
     return rmdir(directory);
 }
 
+/* A directory in it, with all that it holds; nothing if there is none. */
+static inline void remove_tree(const char *name) {
+    char path[300];
+    DIR *dir = opendir(in_directory(name));
+    for (struct dirent *e; dir && (e = readdir(dir)) != NULL;) {
+        if (strcmp(e->d_name, ".") == 0 || strcmp(e->d_name, "..") == 0)
+            continue;
+        snprintf(path, sizeof path, "%.150s/%.140s", name, e->d_name);
+        if (unlink(in_directory(path)) != 0)
+            remove_tree(path);
+    }
+    if (dir)
+        closedir(dir);
+    rmdir(in_directory(name));
+}
+
 /* A whole file and a zero after it; the caller frees it. */
 static inline uint8_t *read_bytes(const char *name, size_t *size) {
     FILE *file = fopen(in_directory(name), "rb");

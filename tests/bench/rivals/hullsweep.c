@@ -7,10 +7,19 @@ typedef struct point {
     float x, y, z;
 } point;
 
-/* Sine of the elevation at which q is seen from p. */
+/* Rise from p to q by the distance in space. */
 static float slope(const point *p, const point *q) {
     const float dx = q->x - p->x, dy = q->y - p->y, dz = q->z - p->z;
     return dz / sqrtf(dx * dx + dy * dy + dz * dz);
+}
+
+/* What the horizon q hides of one direction: the unit vector towards it, its cosine with up, and an angle of that. */
+static float hidden(const point *p, const point *q) {
+    point d = {q->x - p->x, q->y - p->y, q->z - p->z};
+    const float scale = 1.0f / sqrtf(d.x * d.x + d.y * d.y + d.z * d.z);
+    d.x *= scale, d.y *= scale, d.z *= scale;
+    const float up = d.x * 0.0f + d.y * 0.0f + d.z * 1.0f;
+    return (float)(atan((double)fmaxf(up, 0.0f)) * 0.63661977236758134);
 }
 
 void hull_sweep(const float *height, int width, int rows, float pixel_size, int directions, float *stack, float *out) {
@@ -30,16 +39,16 @@ void hull_sweep(const float *height, int width, int rows, float pixel_size, int 
                 const float minor = (float)line + step * (float)i * (forward ? 1.0f : -1.0f) + 0.5f;
                 const int m = (int)floorf(minor), a = forward ? i : n_major - 1 - i;
                 const int x = x_major ? a : m, y = x_major ? m : a;
-                float horizon = 0.0f;
+                float occlusion = 0.0f;
                 if (m < 0 || m >= n_minor)
                     continue;
                 const point p = {(float)x * pixel_size, (float)y * pixel_size, height[y * width + x]};
                 while (count > 1 && slope(&p, &hull[count - 2]) >= slope(&p, &hull[count - 1]))
                     count--;
                 if (count > 0)
-                    horizon = fmaxf(slope(&p, &hull[count - 1]), 0.0f);
+                    occlusion = hidden(&p, &hull[count - 1]);
                 hull[count++] = p;
-                out[y * width + x] += 1.0f - horizon;
+                out[y * width + x] += 1.0f - occlusion;
             }
         }
     }

@@ -1,0 +1,85 @@
+/* upsample.hlsl - joint bilateral upsampling, and bent normals to unit length.
+ *
+ *     in   depth (image), height, signal (history, or what is there without one), reduced_normals
+ *     out  result    visibility, bent x, y, z */
+#include "gtao.hlsli"
+
+StructuredBuffer<float> depth : register(t0);
+StructuredBuffer<float> height : register(t1);
+StructuredBuffer<float> signal : register(t2);
+StructuredBuffer<float> reduced_normals : register(t3);
+RWStructuredBuffer<float> result : register(u10);
+
+#include "filters.hlsli"
+#include "height.hlsli"
+
+/* Where nothing is visible or known, the normal or towards the eye. */
+float3 gtaoi_unit_bent(float3 b, int2 block, int2 p) {
+    float len2 = dot(b, b);
+    float3 n = float3(0.0, 0.0, 0.0);
+    if (1e-12 < len2)
+        return b * (1.0 / sqrt(len2));
+    if (input_normals) {
+        int i = at_filter(block), plane = filter_plane();
+        float3 given = float3(reduced_normals[i], reduced_normals[i + plane], reduced_normals[i + 2 * plane]);
+        n = float3(dot(to_view[0].xyz, given), dot(to_view[1].xyz, given), dot(to_view[2].xyz, given));
+    }
+    if (0.5 < dot(n, n))
+        return n;
+    float2 r = ray((float2)p, full_bx1, full_by1, full_cx, full_cy);
+    return float3(r, 1.0) * (-1.0 / sqrt(dot(r, r) + 1.0));
+}
+
+[numthreads(8, 8, 1)]
+void main(uint3 id : SV_DispatchThreadID) {
+    int2 p = (int2)id.xy, size = int2(filter_width, filter_height), block = p / scale;
+    if (p.x >= full_width || p.y >= full_height)
+        return;
+    int plane = filter_plane(), at = at_filter(block), i, k;
+    real out_value[5];
+    for (k = 0; k < 5; k++)
+        out_value[k] = (real)signal[at + k * plane];
+    if (scale == 2) {
+        /* The four blocks around the pixel: its own, beside, above or below, diagonal, each with its bilinear weight
+         * times how well its height fits: full weight up to the tolerance, none at twice that; if all are beyond, the
+         * closest. `slack`: what the slope of the surface alone makes of the difference between a block and its
+         * pixels. */
+        static const float bilinear[4] = {9.0 / 16.0, 3.0 / 16.0, 3.0 / 16.0, 1.0 / 16.0};
+        int2 side = int2(p.x & 1 ? 1 : -1, p.y & 1 ? 1 : -1);
+        float w = gtaoi_height(depth[at_image(p)], p, full_bx1, full_by1, full_cx, full_cy), w0 = height[at];
+        float left = filter_height_at(block - int2(1, 0)), right = filter_height_at(block + int2(1, 0));
+        float above = filter_height_at(block - int2(0, 1)), below = filter_height_at(block + int2(0, 1));
+        float slack = min(abs(w0 - left), abs(w0 - right)) + min(abs(w0 - above), abs(w0 - below));
+        slack = min(slack * 1.25, max(gtaoi_tolerance(w0) * 2.0, 0.0));
+        float inv = 1.0 / (gtaoi_tolerance(w) + slack), total = 0.0;
+        float sum[5];
+        for (k = 0; k < 5; k++)
+            sum[k] = 0.0;
+        for (i = 0; SKY_LIMIT < w && i < 4; i++) {
+            int2 tap = block + int2(i & 1 ? side.x : 0, i & 2 ? side.y : 0);
+            float tap_w = filter_height_at(tap), e = abs(tap_w - w) * inv, share, close;
+            if (tap_w <= SKY_LIMIT)
+                continue;
+            share = clamp(2.0 - e, 0.0, 1.0);
+            close = (1.0 / 64.0) / (1.0 + e);
+            share = (share + close * close * (close * close)) * bilinear[i];
+#if MISTAKE == 19 /* bilinear, whatever the depth */
+            share = bilinear[i];
+#endif
+            total += share;
+            int from = at_filter(at_border(tap, size));
+            for (k = 0; k < 5; k++)
+                sum[k] += share * (float)((real)signal[from + k * plane] - out_value[k]);
+        }
+        /* Sums in 32 bits: where all taps are beyond the tolerance their weights are less than half precision holds. */
+        for (k = 0; 0.0 < total && k < 5; k++)
+            out_value[k] += (real)(sum[k] / total);
+        if (w <= SKY_LIMIT)
+            out_value[0] = (real)1.0;
+    }
+    float3 bent = gtaoi_unit_bent(float3((float)out_value[2], (float)out_value[3], (float)out_value[4]), block, p);
+    result[at_image(p)] = (float)out_value[0];
+    result[at_image(p) + image_plane()] = (float)(real)bent.x;
+    result[at_image(p) + 2 * image_plane()] = (float)(real)bent.y;
+    result[at_image(p) + 3 * image_plane()] = (float)(real)bent.z;
+}
