@@ -2428,7 +2428,7 @@ GTAO_API void gtao_context_constants(const gtao_context *context, gtao_constants
     memcpy(k->to_view, c->to_view, sizeof k->to_view);
     k->connect = c->connect, k->thickness = gtaoi_min(c->thickness, 1e30f), k->weight_scale = c->weight_scale;
     k->sky = GTAOI_SKY, k->sky_limit = GTAOI_SKY_LIMIT, k->ray_limit = GTAOI_RAY_LIMIT, k->w_min = GTAOI_W_MIN;
-    k->ortho_limit = GTAOI_ORTHO_LIMIT, k->kappa_limit = GTAOI_KAPPA_LIMIT, k->rise_min = GTAOI_RISE_MIN;
+    k->ortho_limit = GTAOI_ORTHO_LIMIT, k->kappa_limit = GTAOI_KAPPA_LIMIT, k->rise_min = c->rise_min;
     k->facing_min = GTAOI_FACING_MIN, k->arc_limit = GTAOI_ARC_LIMIT, k->sectors = GTAOI_SECTORS;
 }
 

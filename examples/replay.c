@@ -544,7 +544,7 @@ static double search(const replay *r, int x, int y, int k, int side, const slice
             cosine = fmax(cosine, start + weight * (own / sqrt(rho) - start));
         }
     }
-    kappa = rise_most * scale + tangent;
+    kappa = (rise_most > floor_rise ? rise_most : 0.0) * scale + tangent;
     *occluded = rise_most > floor_rise || cosine > start;
     if (cosine > start)
         kappa = fmax(kappa, cosine / sqrt(fmax(1.0 - cosine * cosine, 1e-12)));
@@ -750,6 +750,12 @@ static double plane_at(const replay *r, const float *values, int x, int y, doubl
     return (double)values[(size_t)y * (size_t)c->width + (size_t)x];
 }
 
+/* The smaller of the steps to the two neighbours, where they agree or it is small. */
+static double step_of(double before, double w, double after, double tolerance) {
+    double a = w - before, b = after - w, step = fabs(a) <= fabs(b) ? a : b;
+    return fmin(fabs(a - b), fabs(step)) <= tolerance ? step : 0.0;
+}
+
 static void upsample(replay *r) {
     static const double bilinear[4] = {9.0 / 16.0, 3.0 / 16.0, 3.0 / 16.0, 1.0 / 16.0};
     const gtao_constants *c = &r->full;
@@ -763,21 +769,21 @@ static void upsample(replay *r) {
             double out[4] = {0}, total = 0.0, w = (double)(float)height_of(r, x, y), p[3];
             const int planes[4] = {0, 2, 3, 4};
             if (scale == 2) {
-                double w0 = (double)r->height[block], slack, most, sky = (double)c->sky;
-                slack = fmin(fabs(w0 - plane_at(r, r->height, bx - 1, by, sky)),
-                             fabs(w0 - plane_at(r, r->height, bx + 1, by, sky))) +
-                        fmin(fabs(w0 - plane_at(r, r->height, bx, by - 1, sky)),
-                             fabs(w0 - plane_at(r, r->height, bx, by + 1, sky)));
-                most = fmax(2.0 * tolerance_of(r, w0), 0.0);
-                slack = fmin(1.25 * slack, most);
+                double w0 = (double)r->height[block], sky = (double)c->sky, away[4], least = HUGE_VAL;
+                double tolerance = clamp(tolerance_of(r, fmax(w0, 0.0)), 1e-28, 1e28);
+                double step_x = step_of(plane_at(r, r->height, bx - 1, by, sky), w0,
+                                        plane_at(r, r->height, bx + 1, by, sky), tolerance);
+                double step_y = step_of(plane_at(r, r->height, bx, by - 1, sky), w0,
+                                        plane_at(r, r->height, bx, by + 1, sky), tolerance);
+                for (int t = 0; t < 4; ++t) { /* from a plane through the pixel with the blocks' slope */
+                    int dx = t % 2 ? sx : 0, dy = t / 2 ? sy : 0;
+                    double plane = w + (dx - 0.25 * sx) * step_x + (dy - 0.25 * sy) * step_y;
+                    away[t] = fabs(plane_at(r, r->height, bx + dx, by + dy, sky) - plane) / tolerance;
+                    least = fmin(least, away[t]);
+                }
                 for (int t = 0; t < 4; ++t) {
                     int tx = bx + (t % 2 ? sx : 0), ty = by + (t / 2 ? sy : 0);
-                    double tap = plane_at(r, r->height, tx, ty, sky), e, share, close;
-                    if (!(tap > (double)c->sky_limit))
-                        continue;
-                    e = fabs(tap - w) / (tolerance_of(r, w) + slack);
-                    close = 1.0 / 64.0 / (1.0 + e);
-                    share = bilinear[t] * (clamp(2.0 - e, 0.0, 1.0) + close * close * close * close);
+                    double share = bilinear[t] * clamp(fmax(2.0 - away[t], away[t] <= least ? 1e-6 : 0.0), 0.0, 1.0);
                     if (r->mistake == MISTAKE_BILINEAR)
                         share = bilinear[t];
                     total += share;

@@ -52,7 +52,7 @@ cbuffer settings : register(b0) {
     float thin_blend, step_power;
     float extent_min, extent_max, max_radius;
     float bx1, by1, cx, cy;
-    float unit_length, reach, inner2, inv_falloff;
+    float unit_length, reach, inner2, inv_falloff, rise_min;
     float w_scale, w_bias, w_numerator, w_far, w_max, z_sky;
     float same_surface, connect, thickness, weight_scale;
     float full_bx1, full_by1, full_cx, full_cy, full_same_surface;
@@ -73,8 +73,7 @@ static const float SKY_LIMIT = -6.338253e29; /* -2^99: heights below are sky */
 static const float RAY_LIMIT = 1e15;
 static const float W_MIN = 8.67361738e-19;
 static const float ORTHO_LIMIT = 274877906944.0;
-static const float KAPPA_LIMIT = 1099511627776.0;
-static const float RISE_MIN = 2.44140625e-4; /* 2^-12: a rise in cot h above the tangent plane that is rounding */
+static const float KAPPA_LIMIT = 1073741824.0;
 static const float FACING_MIN = 1e-4;        /* least n.v */
 static const float FLOAT_MAX = 3.402823466e38;
 static const float ARC_LIMIT = 1048576.0;

@@ -32,7 +32,7 @@ struct Frame {
     float kappa_tangent; /* cot of the tangent plane's horizon on the + side: -tan n; the - side's is its negative */
     float reach;         /* radius / |b_perp| */
     float cos_tangent;   /* cosine of the tangent plane's horizon on the + side: -sin n */
-    float least_rise;    /* rises below are rounding, RISE_MIN of cot h; `floor` in gtao.h */
+    float least_rise;    /* rises below do not count, rise_min in cot h; `floor` in gtao.h */
     float n, open;       /* angle n, and the integral over the open slice: |np| (cos n + n sin n), uniform: 2 */
 };
 
@@ -104,7 +104,7 @@ Frame gtaoi_slice(Pixel p, int k) {
     f.kappa_tangent = -tangent;
     f.kappa_scale = p.len * (orthographic ? 1.0 : 1.0 / p.w0) * f.inv_perp;
     f.reach = reach * f.inv_perp;
-    f.least_rise = perp * RISE_MIN * (orthographic ? 1.0 : p.w0 * p.inv_len);
+    f.least_rise = perp * rise_min * (orthographic ? 1.0 : p.w0 * p.inv_len);
     f.cos_tangent = -(tangent * (1.0 / sqrt(1.0 + tangent * tangent)));
     f.n = weighting == WEIGHTING_COSINE ? gtao_atan2(f.no, p.nv) : 0.0;
     f.open = weighting == WEIGHTING_COSINE ? p.nv + f.n * f.no : 2.0;

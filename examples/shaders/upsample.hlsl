@@ -30,6 +30,12 @@ float3 gtaoi_unit_bent(float3 b, int2 block, int2 p) {
     return float3(r, 1.0) * (-1.0 / sqrt(dot(r, r) + 1.0));
 }
 
+/* The step in height from one block to the next: the smaller of the two, where they agree or it is small. */
+float gtaoi_step(float before, float w, float after, float tolerance) {
+    float a = w - before, b = after - w, step = abs(a) <= abs(b) ? a : b;
+    return min(abs(a - b), abs(step)) <= tolerance ? step : 0.0;
+}
+
 [numthreads(8, 8, 1)]
 void main(uint3 id : SV_DispatchThreadID) {
     int2 p = (int2)id.xy, size = int2(filter_width, filter_height), block = p / scale;
@@ -41,28 +47,28 @@ void main(uint3 id : SV_DispatchThreadID) {
         out_value[k] = (real)signal[at + k * plane];
     if (scale == 2) {
         /* The four blocks around the pixel: its own, beside, above or below, diagonal, each with its bilinear weight
-         * times how well its height fits: full weight up to the tolerance, none at twice that; if all are beyond, the
-         * closest. `slack`: what the slope of the surface alone makes of the difference between a block and its
-         * pixels. */
+         * times how well it fits a plane through the pixel with the slope of the blocks: full weight up to the
+         * tolerance, none at twice that; if all are beyond, the closest. */
         static const float bilinear[4] = {9.0 / 16.0, 3.0 / 16.0, 3.0 / 16.0, 1.0 / 16.0};
         int2 side = int2(p.x & 1 ? 1 : -1, p.y & 1 ? 1 : -1);
         float w = gtaoi_height(depth[at_image(p)], p, full_bx1, full_by1, full_cx, full_cy), w0 = height[at];
         float left = filter_height_at(block - int2(1, 0)), right = filter_height_at(block + int2(1, 0));
         float above = filter_height_at(block - int2(0, 1)), below = filter_height_at(block + int2(0, 1));
-        float slack = min(abs(w0 - left), abs(w0 - right)) + min(abs(w0 - above), abs(w0 - below));
-        slack = min(slack * 1.25, max(gtaoi_tolerance(w0) * 2.0, 0.0));
-        float inv = 1.0 / (gtaoi_tolerance(w) + slack), total = 0.0;
+        float tolerance = clamp(gtaoi_tolerance(max(w0, 0.0)), 1e-28, 1e28), total = 0.0, least = FLOAT_MAX;
+        float2 slope = float2(gtaoi_step(left, w0, right, tolerance), gtaoi_step(above, w0, below, tolerance));
+        float away[4];
+        for (i = 0; i < 4; i++) {
+            float2 offset = float2(i & 1 ? side.x : 0, i & 2 ? side.y : 0) - 0.25 * (float2)side;
+            int2 tap = block + int2(i & 1 ? side.x : 0, i & 2 ? side.y : 0);
+            away[i] = abs(filter_height_at(tap) - (w + dot(offset, slope))) * (1.0 / tolerance);
+            least = min(least, away[i]);
+        }
         float sum[5];
         for (k = 0; k < 5; k++)
             sum[k] = 0.0;
         for (i = 0; SKY_LIMIT < w && i < 4; i++) {
             int2 tap = block + int2(i & 1 ? side.x : 0, i & 2 ? side.y : 0);
-            float tap_w = filter_height_at(tap), e = abs(tap_w - w) * inv, share, close;
-            if (tap_w <= SKY_LIMIT)
-                continue;
-            share = clamp(2.0 - e, 0.0, 1.0);
-            close = (1.0 / 64.0) / (1.0 + e);
-            share = (share + close * close * (close * close)) * bilinear[i];
+            float share = clamp(max(2.0 - away[i], away[i] <= least ? 1e-6 : 0.0), 0.0, 1.0) * bilinear[i];
 #if MISTAKE == 19 /* bilinear, whatever the depth */
             share = bilinear[i];
 #endif
