@@ -32,7 +32,8 @@ float3 gtaoi_unit_bent(float3 b, int2 block, int2 p) {
 
 /* The step in height from one block to the next: the smaller of the two, where they agree or it is small. */
 float gtaoi_step(float before, float w, float after, float tolerance) {
-    float a = w - before, b = after - w, step = abs(a) <= abs(b) ? a : b;
+    precise float a = w - before, b = after - w;
+    float step = abs(a) <= abs(b) ? a : b;
     return min(abs(a - b), abs(step)) <= tolerance ? step : 0.0;
 }
 
@@ -60,7 +61,9 @@ void main(uint3 id : SV_DispatchThreadID) {
         for (i = 0; i < 4; i++) {
             float2 offset = float2(i & 1 ? side.x : 0, i & 2 ? side.y : 0) - 0.25 * (float2)side;
             int2 tap = block + int2(i & 1 ? side.x : 0, i & 2 ? side.y : 0);
-            away[i] = abs(filter_height_at(tap) - (w + dot(offset, slope))) * (1.0 / tolerance);
+            /* in the order of the C: the closest of four is chosen by the last bit */
+            precise float rise = offset.y * slope.y + offset.x * slope.x;
+            away[i] = abs(filter_height_at(tap) - (w + rise)) * (1.0 / tolerance);
             least = min(least, away[i]);
         }
         float sum[5];

@@ -131,10 +131,15 @@ typedef struct bound {
 /* Single precision: 1e-4, and RMSE 1e-4. Horizons: a sample just within the radius for one and just beyond it for the
  * other, a sample's position rounded to another pixel, a grazing normal's rounding; in the weighted sum no more than
  * the bound of raw. Masks: an end of an arc between two sectors. Bytes: values between two. Length of the history:
- * nothing left of it by the clamp or a little. Uniform weighting: slices between open and nearly so, 2^-12 of cot h. */
+ * nothing left of it by the clamp or a little. Result: of blocks that are all too far the closest, by the last bit. */
 static const bound single_bounds[] = {
-    {"horizons.", 1e-4, 1e-3},       {"arcs.", 0.0, 1e-3}, {"raw.visibility", 1e-4, 2e-3}, {"packed.", 1e-4, 1e-3},
-    {"temporal.length", 1e-4, 5e-3}, {"", 1e-4, 0.0},
+    {"horizons.", 1e-4, 1e-3},
+    {"arcs.", 0.0, 1e-3},
+    {"raw.visibility", 1e-4, 2e-3},
+    {"packed.", 1e-4, 1e-3},
+    {"temporal.length", 1e-4, 5e-3},
+    {"result.", 1e-4, 1e-3},
+    {"", 1e-4, 0.0},
 };
 
 /* Half precision: storage of all that HALF makes small and arithmetic of the filters. Angles up to pi, visibilities and
