@@ -563,7 +563,7 @@ typedef struct gtao_frame_desc {
     int spatial_passes;    /* 1..3; 0: 1. The first covers 4x4 pixels, the others smooth what is left */
     float depth_tolerance; /* relative difference of depth from the pixel's plane at which another's weight has fallen
                             * to zero; orthographic: difference over the radius. [J16] takes 0.1; 0: what a pixel
-                            * measures at its depth, which halves the error (docs/accuracy.md) */
+                            * measures at its depth, which errs less (docs/frames.md) */
 
     int sh_bands; /* 2 or 3: output.sh of so many bands is wanted, filtered with the same weights. Costs memory, and the
                    * filters' time two or three times again; 0: no output.sh */
@@ -2428,7 +2428,7 @@ GTAO_API void gtao_context_constants(const gtao_context *context, gtao_constants
     memcpy(k->to_view, c->to_view, sizeof k->to_view);
     k->connect = c->connect, k->thickness = gtaoi_min(c->thickness, 1e30f), k->weight_scale = c->weight_scale;
     k->sky = GTAOI_SKY, k->sky_limit = GTAOI_SKY_LIMIT, k->ray_limit = GTAOI_RAY_LIMIT, k->w_min = GTAOI_W_MIN;
-    k->ortho_limit = GTAOI_ORTHO_LIMIT, k->kappa_limit = GTAOI_KAPPA_LIMIT, k->rise_min = GTAOI_RISE_MIN;
+    k->ortho_limit = GTAOI_ORTHO_LIMIT, k->kappa_limit = GTAOI_KAPPA_LIMIT, k->rise_min = c->rise_min;
     k->facing_min = GTAOI_FACING_MIN, k->arc_limit = GTAOI_ARC_LIMIT, k->sectors = GTAOI_SECTORS;
 }
 

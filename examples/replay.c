@@ -544,6 +544,8 @@ static double search(const replay *r, int x, int y, int k, int side, const slice
             cosine = fmax(cosine, start + weight * (own / sqrt(rho) - start));
         }
     }
+    if (rise_most == floor_rise)
+        rise_most = 0.0;
     kappa = rise_most * scale + tangent;
     *occluded = rise_most > floor_rise || cosine > start;
     if (cosine > start)

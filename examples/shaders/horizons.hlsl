@@ -220,7 +220,8 @@ void gtaoi_search(Pixel p, Frame f, int k, inout Horizons s) {
 
 /* cot h of a side from what the search found. */
 float gtaoi_kappa(Frame f, Horizons s, int side) {
-    float kappa = s.rise[side] * f.kappa_scale + side_of(side, f.kappa_tangent), cosine = s.cosine[side];
+    float rise = s.rise[side] > f.least_rise ? s.rise[side] : 0.0, cosine = s.cosine[side];
+    float kappa = rise * f.kappa_scale + side_of(side, f.kappa_tangent);
     if (side_of(side, f.cos_tangent) < cosine && (cosines || inv_falloff > 0.0))
         kappa = max(cosine / sqrt(max(1.0 - cosine * cosine, 1e-12)), kappa);
 #if MISTAKE == 7 /* horizons that start at a right angle to the view vector instead of at the tangent plane */
