@@ -752,6 +752,12 @@ static double plane_at(const replay *r, const float *values, int x, int y, doubl
     return (double)values[(size_t)y * (size_t)c->width + (size_t)x];
 }
 
+/* The step of the height by one block: the lesser of two first differences, if they agree or it is small. */
+static double block_step(double before, double w, double after, double allowed) {
+    double a = w - before, b = after - w, least = fabs(a) <= fabs(b) ? a : b;
+    return fmin(fabs(a - b), fabs(least)) <= allowed ? least : 0.0;
+}
+
 static void upsample(replay *r) {
     static const double bilinear[4] = {9.0 / 16.0, 3.0 / 16.0, 3.0 / 16.0, 1.0 / 16.0};
     const gtao_constants *c = &r->full;
@@ -765,23 +771,24 @@ static void upsample(replay *r) {
             double out[4] = {0}, total = 0.0, w = (double)(float)height_of(r, x, y), p[3];
             const int planes[4] = {0, 2, 3, 4};
             if (scale == 2) {
-                double w0 = (double)r->height[block], slack, most, sky = (double)c->sky;
-                slack = fmin(fabs(w0 - plane_at(r, r->height, bx - 1, by, sky)),
-                             fabs(w0 - plane_at(r, r->height, bx + 1, by, sky))) +
-                        fmin(fabs(w0 - plane_at(r, r->height, bx, by - 1, sky)),
-                             fabs(w0 - plane_at(r, r->height, bx, by + 1, sky)));
-                most = fmax(2.0 * tolerance_of(r, w0), 0.0);
-                slack = fmin(1.25 * slack, most);
+                double w0 = (double)r->height[block], sky = (double)c->sky, tap[4], away[4], least = 1e300, most = 0.0;
+                double allowed = tolerance_of(r, fmax(w0, 0.0));
+                double gx = block_step(plane_at(r, r->height, bx - 1, by, sky), w0,
+                                       plane_at(r, r->height, bx + 1, by, sky), allowed);
+                double gy = block_step(plane_at(r, r->height, bx, by - 1, sky), w0,
+                                       plane_at(r, r->height, bx, by + 1, sky), allowed);
+                for (int t = 0; t < 4; ++t) {
+                    double dx = sx * (t % 2 ? 0.75 : -0.25), dy = sy * (t / 2 ? 0.75 : -0.25);
+                    tap[t] = plane_at(r, r->height, bx + (t % 2 ? sx : 0), by + (t / 2 ? sy : 0), sky);
+                    away[t] = fabs(tap[t] - (w + gx * dx + gy * dy)) / fmax(allowed, 1e-28);
+                    least = fmin(least, away[t]), most = fmax(most, away[t]);
+                }
                 for (int t = 0; t < 4; ++t) {
                     int tx = bx + (t % 2 ? sx : 0), ty = by + (t / 2 ? sy : 0);
-                    double tap = plane_at(r, r->height, tx, ty, sky), e, share, close;
-                    if (!(tap > (double)c->sky_limit))
+                    double share = clamp(fmax(2.0 - away[t], away[t] <= least ? 1e-6 : 0.0), 0.0, 1.0);
+                    if (!(tap[t] > (double)c->sky_limit))
                         continue;
-                    e = fabs(tap - w) / (tolerance_of(r, w) + slack);
-                    close = 1.0 / 64.0 / (1.0 + e);
-                    share = bilinear[t] * (clamp(2.0 - e, 0.0, 1.0) + close * close * close * close);
-                    if (r->mistake == MISTAKE_BILINEAR)
-                        share = bilinear[t];
+                    share = bilinear[t] * (most <= 1.0 || r->mistake == MISTAKE_BILINEAR ? 1.0 : share);
                     total += share;
                     for (int k = 0; k < 4; ++k)
                         out[k] += share * plane_at(r, from[planes[k]], tx, ty, 0.0);
