@@ -60,7 +60,9 @@ void main(uint3 id : SV_DispatchThreadID) {
         for (i = 0; i < 4; i++) {
             float dx = (i & 1 ? 0.75 : -0.25) * (float)side.x, dy = (i & 2 ? 0.75 : -0.25) * (float)side.y;
             taps[i] = block + int2(i & 1 ? side.x : 0, i & 2 ? side.y : 0);
-            away[i] = min(abs(filter_height_at(taps[i]) - (w + (rise_y * dy + rise_x * dx))) * inv, 3e38);
+            /* A block and the one its slope came from are equally far: only rounding says which is closer. */
+            precise float rise = rise_y * dy + rise_x * dx, difference = filter_height_at(taps[i]) - (w + rise);
+            away[i] = min(abs(difference) * inv, 3e38);
             least = min(least, away[i]);
             most = max(most, away[i]);
         }
