@@ -98,8 +98,8 @@ void gtaoi_lose(Pixel p, Frame f, Moments m, float sign, inout Sum sum) {
 void gtaoi_integrate(Pixel p, Frame f, float2 h, inout Sum sum) {
     float jacobian = slice_jacobian(f), weight = estimator == ESTIMATOR_MEMO ? 1.0 : jacobian, lost = 0.0;
     float open = f.open;
-    /* The slice is open where both sides are at the tangent plane: a rise in cot h is sin(limit - h) / (sin limit sin h),
-     * and rises below RISE_MIN have become 0. */
+    /* The slice is open where both sides are at the tangent plane: a rise in cot h is sin(limit - h) / (sin limit sin h)
+     * there, and rises below RISE_MIN have become 0. */
     Side at[2], limit[2];
     int side;
     bool occluded = false;

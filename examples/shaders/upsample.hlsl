@@ -53,8 +53,9 @@ void main(uint3 id : SV_DispatchThreadID) {
         int2 side = int2(p.x & 1 ? 1 : -1, p.y & 1 ? 1 : -1), taps[4];
         float w = gtaoi_height(depth[at_image(p)], p, full_bx1, full_by1, full_cx, full_cy), w0 = height[at];
         float tolerance = min(gtaoi_tolerance(max(w0, 0.0)), 1e28), inv = 1.0 / max(tolerance, 1e-28);
-        float rise_x = gtaoi_step(filter_height_at(block - int2(1, 0)), w0, filter_height_at(block + int2(1, 0)), tolerance);
-        float rise_y = gtaoi_step(filter_height_at(block - int2(0, 1)), w0, filter_height_at(block + int2(0, 1)), tolerance);
+        float left = filter_height_at(block - int2(1, 0)), right = filter_height_at(block + int2(1, 0));
+        float above = filter_height_at(block - int2(0, 1)), below = filter_height_at(block + int2(0, 1));
+        float rise_x = gtaoi_step(left, w0, right, tolerance), rise_y = gtaoi_step(above, w0, below, tolerance);
         float away[4], least = 3e38, most = 0.0, total = 0.0;
         float sum[5];
         for (i = 0; i < 4; i++) {
