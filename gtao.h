@@ -563,7 +563,7 @@ typedef struct gtao_frame_desc {
     int spatial_passes;    /* 1..3; 0: 1. The first covers 4x4 pixels, the others smooth what is left */
     float depth_tolerance; /* relative difference of depth from the pixel's plane at which another's weight has fallen
                             * to zero; orthographic: difference over the radius. [J16] takes 0.1; 0: what a pixel
-                            * measures at its depth, which halves the error (docs/accuracy.md) */
+                            * measures at its depth, which errs less (docs/frames.md) */
 
     int sh_bands; /* 2 or 3: output.sh of so many bands is wanted, filtered with the same weights. Costs memory, and the
                    * filters' time two or three times again; 0: no output.sh */

@@ -544,7 +544,9 @@ static double search(const replay *r, int x, int y, int k, int side, const slice
             cosine = fmax(cosine, start + weight * (own / sqrt(rho) - start));
         }
     }
-    kappa = (rise_most > floor_rise ? rise_most : 0.0) * scale + tangent;
+    if (rise_most == floor_rise)
+        rise_most = 0.0;
+    kappa = rise_most * scale + tangent;
     *occluded = rise_most > floor_rise || cosine > start;
     if (cosine > start)
         kappa = fmax(kappa, cosine / sqrt(fmax(1.0 - cosine * cosine, 1e-12)));
@@ -750,10 +752,10 @@ static double plane_at(const replay *r, const float *values, int x, int y, doubl
     return (double)values[(size_t)y * (size_t)c->width + (size_t)x];
 }
 
-/* The smaller of the steps to the two neighbours, where they agree or it is small. */
-static double step_of(double before, double w, double after, double tolerance) {
-    double a = w - before, b = after - w, step = fabs(a) <= fabs(b) ? a : b;
-    return fmin(fabs(a - b), fabs(step)) <= tolerance ? step : 0.0;
+/* The step of the height by one block: the lesser of two first differences, if they agree or it is small. */
+static double block_step(double before, double w, double after, double allowed) {
+    double a = w - before, b = after - w, least = fabs(a) <= fabs(b) ? a : b;
+    return fmin(fabs(a - b), fabs(least)) <= allowed ? least : 0.0;
 }
 
 static void upsample(replay *r) {
@@ -769,23 +771,24 @@ static void upsample(replay *r) {
             double out[4] = {0}, total = 0.0, w = (double)(float)height_of(r, x, y), p[3];
             const int planes[4] = {0, 2, 3, 4};
             if (scale == 2) {
-                double w0 = (double)r->height[block], sky = (double)c->sky, away[4], least = HUGE_VAL;
-                double tolerance = clamp(tolerance_of(r, fmax(w0, 0.0)), 1e-28, 1e28);
-                double step_x = step_of(plane_at(r, r->height, bx - 1, by, sky), w0,
-                                        plane_at(r, r->height, bx + 1, by, sky), tolerance);
-                double step_y = step_of(plane_at(r, r->height, bx, by - 1, sky), w0,
-                                        plane_at(r, r->height, bx, by + 1, sky), tolerance);
-                for (int t = 0; t < 4; ++t) { /* from a plane through the pixel with the blocks' slope */
-                    int dx = t % 2 ? sx : 0, dy = t / 2 ? sy : 0;
-                    double plane = w + (dx - 0.25 * sx) * step_x + (dy - 0.25 * sy) * step_y;
-                    away[t] = fabs(plane_at(r, r->height, bx + dx, by + dy, sky) - plane) / tolerance;
-                    least = fmin(least, away[t]);
+                double w0 = (double)r->height[block], sky = (double)c->sky, tap[4], away[4], least = 1e300, most = 0.0;
+                double allowed = tolerance_of(r, fmax(w0, 0.0));
+                double gx = block_step(plane_at(r, r->height, bx - 1, by, sky), w0,
+                                       plane_at(r, r->height, bx + 1, by, sky), allowed);
+                double gy = block_step(plane_at(r, r->height, bx, by - 1, sky), w0,
+                                       plane_at(r, r->height, bx, by + 1, sky), allowed);
+                for (int t = 0; t < 4; ++t) {
+                    double dx = sx * (t % 2 ? 0.75 : -0.25), dy = sy * (t / 2 ? 0.75 : -0.25);
+                    tap[t] = plane_at(r, r->height, bx + (t % 2 ? sx : 0), by + (t / 2 ? sy : 0), sky);
+                    away[t] = fabs(tap[t] - (w + gx * dx + gy * dy)) / fmax(allowed, 1e-28);
+                    least = fmin(least, away[t]), most = fmax(most, away[t]);
                 }
                 for (int t = 0; t < 4; ++t) {
                     int tx = bx + (t % 2 ? sx : 0), ty = by + (t / 2 ? sy : 0);
-                    double share = bilinear[t] * clamp(fmax(2.0 - away[t], away[t] <= least ? 1e-6 : 0.0), 0.0, 1.0);
-                    if (r->mistake == MISTAKE_BILINEAR)
-                        share = bilinear[t];
+                    double share = clamp(fmax(2.0 - away[t], away[t] <= least ? 1e-6 : 0.0), 0.0, 1.0);
+                    if (!(tap[t] > (double)c->sky_limit))
+                        continue;
+                    share = bilinear[t] * (most <= 1.0 || r->mistake == MISTAKE_BILINEAR ? 1.0 : share);
                     total += share;
                     for (int k = 0; k < 4; ++k)
                         out[k] += share * plane_at(r, from[planes[k]], tx, ty, 0.0);

@@ -13,6 +13,12 @@ RWStructuredBuffer<float> result : register(u10);
 #include "filters.hlsli"
 #include "height.hlsli"
 
+/* The step of the height by one block: the lesser of two first differences, if they agree or it is small. */
+float gtaoi_step(float before, float w, float after, float tolerance) {
+    float a = w - before, b = after - w, step = abs(a) <= abs(b) ? a : b;
+    return min(abs(a - b), abs(step)) <= tolerance ? step : 0.0;
+}
+
 /* Where nothing is visible or known, the normal or towards the eye. */
 float3 gtaoi_unit_bent(float3 b, int2 block, int2 p) {
     float len2 = dot(b, b);
@@ -48,35 +54,39 @@ void main(uint3 id : SV_DispatchThreadID) {
         out_value[k] = (real)signal[at + k * plane];
     if (scale == 2) {
         /* The four blocks around the pixel: its own, beside, above or below, diagonal, each with its bilinear weight
-         * times how well it fits a plane through the pixel with the slope of the blocks: full weight up to the
-         * tolerance, none at twice that; if all are beyond, the closest. */
+         * times how well its height fits the pixel's plane, whose slope is that of its block: full weight up to the
+         * tolerance, none at twice that; if all are beyond, the closest. Where all fit, just bilinear. */
         static const float bilinear[4] = {9.0 / 16.0, 3.0 / 16.0, 3.0 / 16.0, 1.0 / 16.0};
-        int2 side = int2(p.x & 1 ? 1 : -1, p.y & 1 ? 1 : -1);
+        int2 side = int2(p.x & 1 ? 1 : -1, p.y & 1 ? 1 : -1), taps[4];
         float w = gtaoi_height(depth[at_image(p)], p, full_bx1, full_by1, full_cx, full_cy), w0 = height[at];
+        float tolerance = min(gtaoi_tolerance(max(w0, 0.0)), 1e28), inv = 1.0 / max(tolerance, 1e-28);
         float left = filter_height_at(block - int2(1, 0)), right = filter_height_at(block + int2(1, 0));
         float above = filter_height_at(block - int2(0, 1)), below = filter_height_at(block + int2(0, 1));
-        float tolerance = clamp(gtaoi_tolerance(max(w0, 0.0)), 1e-28, 1e28), total = 0.0, least = FLOAT_MAX;
-        float2 slope = float2(gtaoi_step(left, w0, right, tolerance), gtaoi_step(above, w0, below, tolerance));
-        float away[4];
-        for (i = 0; i < 4; i++) {
-            float2 offset = float2(i & 1 ? side.x : 0, i & 2 ? side.y : 0) - 0.25 * (float2)side;
-            int2 tap = block + int2(i & 1 ? side.x : 0, i & 2 ? side.y : 0);
-            /* in the order of the C: the closest of four is chosen by the last bit */
-            precise float rise = offset.y * slope.y + offset.x * slope.x;
-            away[i] = abs(filter_height_at(tap) - (w + rise)) * (1.0 / tolerance);
-            least = min(least, away[i]);
-        }
+        float rise_x = gtaoi_step(left, w0, right, tolerance), rise_y = gtaoi_step(above, w0, below, tolerance);
+        float away[4], least = 3e38, most = 0.0, total = 0.0;
         float sum[5];
+        for (i = 0; i < 4; i++) {
+            float dx = (i & 1 ? 0.75 : -0.25) * (float)side.x, dy = (i & 2 ? 0.75 : -0.25) * (float)side.y;
+            taps[i] = block + int2(i & 1 ? side.x : 0, i & 2 ? side.y : 0);
+            /* A block and the one its slope came from are equally far: only rounding says which is closer. */
+            precise float rise = rise_y * dy + rise_x * dx, difference = filter_height_at(taps[i]) - (w + rise);
+            away[i] = min(abs(difference) * inv, 3e38);
+            least = min(least, away[i]);
+            most = max(most, away[i]);
+        }
         for (k = 0; k < 5; k++)
             sum[k] = 0.0;
         for (i = 0; SKY_LIMIT < w && i < 4; i++) {
-            int2 tap = block + int2(i & 1 ? side.x : 0, i & 2 ? side.y : 0);
             float share = clamp(max(2.0 - away[i], away[i] <= least ? 1e-6 : 0.0), 0.0, 1.0) * bilinear[i];
+            if (most <= 1.0)
+                share = bilinear[i];
 #if MISTAKE == 19 /* bilinear, whatever the depth */
             share = bilinear[i];
 #endif
+            if (share <= 0.0)
+                continue;
             total += share;
-            int from = at_filter(at_border(tap, size));
+            int from = at_filter(at_border(taps[i], size));
             for (k = 0; k < 5; k++)
                 sum[k] += share * (float)((real)signal[from + k * plane] - out_value[k]);
         }

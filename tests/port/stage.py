@@ -75,7 +75,7 @@ def main(directory):
                     elif rho < reach**2 and rise > best and s["inv_falloff"] > 0:
                         weight = (1 - math.sqrt(rho) / reach) * s["inv_falloff"]
                         c = max(c, c0 + weight * (kappa / math.sqrt(rho) - c0))
-                kappa = (best if best > least else 0) * scale + tangent
+                kappa = (best if best > least else 0.0) * scale + tangent
                 if c > c0:
                     kappa = max(kappa, c / math.sqrt(1 - c**2))
                 occluded = occluded or best > least or c > c0
