@@ -74,7 +74,6 @@ static const float RAY_LIMIT = 1e15;
 static const float W_MIN = 8.67361738e-19;
 static const float ORTHO_LIMIT = 274877906944.0;
 static const float KAPPA_LIMIT = 1099511627776.0;
-static const float RISE_MIN = 9.765625e-4; /* 2^-10: a rise in cot h above the tangent plane that is rounding */
 static const float FACING_MIN = 1e-4;        /* least n.v */
 static const float FLOAT_MAX = 3.402823466e38;
 static const float ARC_LIMIT = 1048576.0;

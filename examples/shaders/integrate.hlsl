@@ -99,7 +99,7 @@ void gtaoi_integrate(Pixel p, Frame f, float2 h, inout Sum sum) {
     float jacobian = slice_jacobian(f), weight = estimator == ESTIMATOR_MEMO ? 1.0 : jacobian, lost = 0.0;
     float open = f.open;
     /* The slice is open where both sides are at the tangent plane: a rise in cot h is sin(limit - h) / (sin limit sin h)
-     * there, and rises below RISE_MIN have become 0. */
+     * there, and rises below rise_min have become 0. */
     Side at[2], limit[2];
     int side;
     bool occluded = false;
@@ -107,7 +107,7 @@ void gtaoi_integrate(Pixel p, Frame f, float2 h, inout Sum sum) {
         limit[side] = side_at(gtao_atan2(1.0, side ? -f.kappa_tangent : f.kappa_tangent));
         at[side] = side_at(h[side]);
         occluded = occluded || limit[side].s * at[side].c - limit[side].c * at[side].s >
-                                   0.5 * RISE_MIN * limit[side].s * at[side].s;
+                                   0.5 * rise_min * limit[side].s * at[side].s;
     }
     for (side = 0; occluded && side < 2; side++) {
         float sign = side ? -1.0 : 1.0;

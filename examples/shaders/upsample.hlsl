@@ -13,12 +13,6 @@ RWStructuredBuffer<float> result : register(u10);
 #include "filters.hlsli"
 #include "height.hlsli"
 
-/* The step of the height by one block: the lesser of two first differences, if they agree or it is small. */
-float gtaoi_step(float before, float w, float after, float tolerance) {
-    float a = w - before, b = after - w, step = abs(a) <= abs(b) ? a : b;
-    return min(abs(a - b), abs(step)) <= tolerance ? step : 0.0;
-}
-
 /* Where nothing is visible or known, the normal or towards the eye. */
 float3 gtaoi_unit_bent(float3 b, int2 block, int2 p) {
     float len2 = dot(b, b);
