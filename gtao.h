@@ -8377,9 +8377,12 @@ GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, i
     float *out = f->filtered[pass & 1];
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
     const int first = window[0] == 0.0f, taps = 4 + (!first && window[4] > 0.0f) - (first && window[4] == 0.0f);
-    const int plain = window[first] == 1.0f;
-    const ptrdiff_t more = gtaoi_signal_set(f, set);
+    const int plain = window[first] == 1.0f, planes = f->bent ? 5 : 2, width = f->width;
+    const ptrdiff_t more = gtaoi_signal_set(f, set), plane = f->plane;
+    ptrdiff_t begin[5];
     int x, y, i, j, k;
+    for (k = 0; k < 5; k++)
+        begin[k] = k < 2 ? k * plane : more + (k - 2) * plane;
     for (y = y0; y < y1; y++) {
         const float *heights[5], *signal[5];
         float *to = out + (ptrdiff_t)y * f->pitch;
@@ -8387,7 +8390,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, i
             heights[j] = gtaoi_plane_row(f, f->height_now, y + j - 2);
             signal[j] = gtaoi_plane_row(f, in, y + j - 2);
         }
-        for (x = 0; x < f->width; x += GTAOI_W) {
+        for (x = 0; x < width; x += GTAOI_W) {
             GV w0 = GV_LOAD(heights[2] + x), tolerance = GTAOI_NAME(gtaoi_tolerance)(f, w0), inv, gx, gy, bend;
             GV centre[5], sum[5], total = zero, shares = zero, across[5];
             GM solid = GV_LT(limit, w0), good;
@@ -8395,8 +8398,12 @@ GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, i
                 x += GTAOI_TILE_W - GTAOI_W;
                 continue;
             }
-            for (k = 0; k < 2 + 3 * f->bent; k++)
-                centre[k] = GV_LOAD(signal[2] + (k < 2 ? k * f->plane : more + (k - 2) * f->plane) + x), sum[k] = zero;
+            GTAOI_UNROLL
+            for (k = 0; k < 5; k++) {
+                sum[k] = zero;
+                if (k < planes)
+                    centre[k] = GV_LOAD(signal[2] + begin[k] + x);
+            }
             if (GM_ANY(solid)) {
                 GTAOI_NAME(gtaoi_slope)(heights, x, w0, tolerance, &gx, &gy, &bend);
                 /* no more than 1e28, from which the sky is still far */
@@ -8417,29 +8424,32 @@ GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, i
                         share = GV_MAX(GV_SUB(one, GV_MUL(share, inv)), zero);
                         if (!plain)
                             share = GV_MUL(share, GV_SET(window[first + i] * window[j]));
-                        weight = GV_MUL(share, GV_LOAD(from + f->plane));
+                        weight = GV_MUL(share, GV_LOAD(from + plane));
                         shares = GV_ADD(shares, share), total = GV_ADD(total, weight);
                         sum[0] = GV_ADD(sum[0], GV_MUL(weight, GV_SUB(GV_LOAD(from), centre[0])));
-                        if (f->bent) {
+                        if (planes > 2) {
                             GTAOI_UNROLL
                             for (k = 2; k < 5; k++)
-                                sum[k] = GV_ADD(sum[k], GV_MUL(weight, GV_SUB(GV_LOAD(from + more + (k - 2) * f->plane),
-                                                                              centre[k])));
+                                sum[k] = GV_ADD(
+                                    sum[k], GV_MUL(weight, GV_SUB(GV_LOAD(from + more + (k - 2) * plane), centre[k])));
                         }
                     }
                 }
                 good = GM_AND(solid, GV_LT(zero, total));
                 inv = GV_DIV(one, total);
                 centre[1] = GV_SELECT(good, GV_DIV(total, shares), centre[1]);
-                for (k = 0; k < 2 + 3 * f->bent; k++)
-                    if (k != 1)
+                GTAOI_UNROLL
+                for (k = 0; k < 5; k++)
+                    if (k != 1 && k < planes)
                         centre[k] = GV_SELECT(good, GV_ADD(centre[k], GV_MUL(sum[k], inv)), centre[k]);
             }
-            for (k = 0; k < 2 + 3 * f->bent; k++)
-                GV_STORE(to + (k < 2 ? k * f->plane : more + (k - 2) * f->plane) + x, centre[k]);
+            GTAOI_UNROLL
+            for (k = 0; k < 5; k++)
+                if (k < planes)
+                    GV_STORE(to + begin[k] + x, centre[k]);
         }
-        for (k = 0; k < 2 + 3 * f->bent; k++)
-            gtaoi_pad_plane(f, to + (k < 2 ? k * f->plane : more + (k - 2) * f->plane), 1);
+        for (k = 0; k < planes; k++)
+            gtaoi_pad_plane(f, to + begin[k], 1);
     }
 }
 
@@ -8579,10 +8589,16 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, i
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), quarter = GV_SET(0.25f), most = GV_SET((float)f->f.max_history);
     const GV at_speed = GV_SET(gtaoi_min((float)f->f.max_history, 8.0f));
     const ptrdiff_t more_now = gtaoi_signal_set(f, set), more = gtaoi_history_set(f, set);
-    const int planes = f->bent ? 5 : 1, kept = 5 + 3 * gtaoi_imax(f->sets, 1);
+    const int planes = f->bent ? 5 : 1, kept = 5 + 3 * gtaoi_imax(f->sets, 1), width = f->width;
+    const ptrdiff_t plane = f->plane;
+    ptrdiff_t begin_now[5], begin[8];
     int x, y, j, k;
+    for (k = 0; k < 8; k++)
+        begin[k] = k >= 2 && k < 5 ? more + (k - 2) * plane : k * plane;
+    for (k = 0; k < 5; k++)
+        begin_now[k] = k ? more_now + (k - 2) * plane : 0;
     for (y = y0; y < y1; y++) {
-        const float *heights[5], *signal[3];
+        const float *heights[5], *signal[3], *ahead = f->history_before + gtaoi_imin(y + 1, f->height) * f->pitch;
         float *to = f->history_now + (ptrdiff_t)y * f->pitch;
         GV row = GV_SET((float)y);
         for (j = 0; j < 5; j++)
@@ -8592,7 +8608,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, i
                                                            : gtaoi_imin(gtaoi_imax(y + j - 1, 0), f->height - 1);
             signal[j] = f->signal + (ptrdiff_t)at * f->pitch;
         }
-        for (x = 0; x < f->width; x += GTAOI_W) {
+        for (x = 0; x < width; x += GTAOI_W) {
             GV column = GV_ADD(GV_SET((float)x), GTAOI_NAME(gtaoi_iota)()), w0 = GV_LOAD(heights[2] + x);
             GV px, py, pw, gx = zero, gy = zero, bend, now[5], past[5], length, speed, calm, limit, alpha, moved,
                            deviation, change;
@@ -8608,8 +8624,21 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, i
                 x += GTAOI_TILE_W - GTAOI_W;
                 continue;
             }
-            for (k = 0; k < planes; k += k ? 1 : 2)
-                now[k] = GV_LOAD(signal[1] + (k ? more_now + (k - 2) * f->plane : 0) + x);
+            if (x % 16 == 0) { /* more streams than processors follow on their own */
+                const int off = x + 4 * 16;
+                GTAOI_PREFETCH(f->height_before + (ahead - f->history_before) + off, 16);
+                for (k = 0; k < 8; k++)
+                    if (k < planes || k == GTAOI_HISTORY_LENGTH || k >= GTAOI_HISTORY_SPEED) {
+                        GTAOI_PREFETCH(ahead + begin[k] + off, 16);
+                        GTAOI_PREFETCH(to + begin[k] + off, 16);
+                    }
+                for (k = 0; f->f.motion && k < 3; k++)
+                    GTAOI_PREFETCH(f->motion + (ptrdiff_t)y * f->pitch + k * plane + off, 16);
+            }
+            GTAOI_UNROLL
+            for (k = 0; k < 5; k++)
+                if (k < planes && k != 1)
+                    now[k] = GV_LOAD(signal[1] + begin_now[k] + x);
             valid = GTAOI_NAME(gtaoi_reproject)(f, column, row, x, y, w0, &px, &py, &pw);
             if (f->moved || f->f.motion)
                 GTAOI_NAME(gtaoi_slope)(heights, x, w0, GTAOI_NAME(gtaoi_tolerance)(f, w0), &gx, &gy, &bend);
@@ -8617,8 +8646,10 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, i
 
             has = GV_LT(GV_SET(1.0f / 16.0f), h.weight);
             limit = GV_DIV(one, GV_SELECT(has, h.weight, one));
-            for (k = 0; k < planes; k += k ? 1 : 2)
-                past[k] = GV_SELECT(has, GV_ADD(now[k], GV_MUL(h.value[k], limit)), now[k]);
+            GTAOI_UNROLL
+            for (k = 0; k < 5; k++)
+                if (k < planes && k != 1)
+                    past[k] = GV_SELECT(has, GV_ADD(now[k], GV_MUL(h.value[k], limit)), now[k]);
             /* Shorter by the taps that were rejected, and by the detail that reading between pixels costs. */
             length = GV_IF(has, GV_MUL(h.length, GV_SUB(one, GV_MUL(h.blur, GV_SET(GTAOI_BLUR_COST)))));
             moved = GV_SUB(px, column), speed = GV_SUB(py, row);
@@ -8652,8 +8683,10 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, i
                  * history counts no more */
                 part = GV_DIV(GV_ABS(GV_SUB(past[0], clamped)), GV_MAX(change, GV_SET(1e-12f)));
                 part = GV_MIN(part, one);
-                for (k = 2; k < planes; k++)
-                    past[k] = GV_ADD(past[k], GV_MUL(part, GV_SUB(now[k], past[k])));
+                GTAOI_UNROLL
+                for (k = 2; k < 5; k++)
+                    if (k < planes)
+                        past[k] = GV_ADD(past[k], GV_MUL(part, GV_SUB(now[k], past[k])));
                 length = GV_MUL(length, GV_SUB(one, part));
                 past[0] = clamped;
             } else if (f->f.history == GTAO_HISTORY_VARIANCE) {
@@ -8669,13 +8702,14 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, i
                 GV_MAX(GV_SUB(most, GV_MUL(speed, GV_SET((float)(f->f.max_history - 8) * (1.0f / 16.0f)))), at_speed);
             length = GV_ADD(GV_MIN(length, GV_SUB(limit, one)), one);
             alpha = GV_DIV(one, length);
-            for (k = 0; k < planes; k += k ? 1 : 2)
-                GV_STORE(to + (k ? more + (k - 2) * f->plane : 0) + x,
-                         GV_ADD(past[k], GV_MUL(alpha, GV_SUB(now[k], past[k]))));
-            GV_STORE(to + GTAOI_HISTORY_LENGTH * f->plane + x, length);
-            GV_STORE(to + GTAOI_HISTORY_SPEED * f->plane + x, speed);
-            GV_STORE(to + GTAOI_HISTORY_LAST * f->plane + x, now[0]);
-            GV_STORE(to + GTAOI_HISTORY_DEVIATION * f->plane + x, deviation);
+            GTAOI_UNROLL
+            for (k = 0; k < 5; k++)
+                if (k < planes && k != 1)
+                    GV_STORE(to + begin[k] + x, GV_ADD(past[k], GV_MUL(alpha, GV_SUB(now[k], past[k]))));
+            GV_STORE(to + GTAOI_HISTORY_LENGTH * plane + x, length);
+            GV_STORE(to + GTAOI_HISTORY_SPEED * plane + x, speed);
+            GV_STORE(to + GTAOI_HISTORY_LAST * plane + x, now[0]);
+            GV_STORE(to + GTAOI_HISTORY_DEVIATION * plane + x, deviation);
         }
         for (k = 0; k < kept; k++)
             gtaoi_pad_plane(f, to + k * f->plane, 0);
