@@ -8398,6 +8398,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, i
                 x += GTAOI_TILE_W - GTAOI_W;
                 continue;
             }
+            if (x % 16 == 0) {
+                GTAOI_PREFETCH(heights[4] + x + 64, 16);
+                for (k = 0; k < planes; k++) {
+                    GTAOI_PREFETCH(signal[4] + begin[k] + x + 64, 16);
+                    GTAOI_PREFETCH(to + begin[k] + x + 64, 16);
+                }
+            }
             GTAOI_UNROLL
             for (k = 0; k < 5; k++) {
                 sum[k] = zero;
@@ -8815,7 +8822,9 @@ GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TA
     static const float bilinear[4] = {9.0f / 16.0f, 3.0f / 16.0f, 3.0f / 16.0f, 1.0f / 16.0f};
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
     GV total = zero, share[4], away[4], least;
-    int t, k, planes = f->bent ? 5 : 1, same;
+    const ptrdiff_t plane = f->plane;
+    const int planes = f->bent ? 5 : 1;
+    int t, k, same;
     GM solid = GV_LT(limit, w), fits;
     GTAOI_UNROLL
     for (t = 0; t < 4; t++)
@@ -8841,15 +8850,32 @@ GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TA
         for (t = 0; t < 4; t++)
             share[t] = GV_MUL(away[t], total);
     }
-    for (k = 0; k < planes; k += k ? 1 : 2) {
-        ptrdiff_t plane = k ? more_at + (k - 2) * f->plane : 0;
-        GV own = GV_LOAD(taps->signal[0] + plane + i), more = zero;
-        GTAOI_UNROLL
-        for (t = 1; t < 4; t++)
-            more = GV_ADD(more, GV_MUL(share[t], GV_SUB(GV_LOAD(taps->signal[t] + plane + i), own)));
-        out[k] = GV_ADD(own, GV_IF(solid, more));
-    }
+    GTAOI_UNROLL
+    for (k = 0; k < 5; k++)
+        if (k < planes && k != 1) {
+            ptrdiff_t at = (k ? more_at + (k - 2) * plane : 0) + i;
+            GV own = GV_LOAD(taps->signal[0] + at), more = zero;
+            GTAOI_UNROLL
+            for (t = 1; t < 4; t++)
+                more = GV_ADD(more, GV_MUL(share[t], GV_SUB(GV_LOAD(taps->signal[t] + at), own)));
+            out[k] = GV_ADD(own, GV_IF(solid, more));
+        }
     out[0] = GV_SELECT(solid, out[0], one);
+}
+
+/* What the next half of a tile reads that is new to this row; more streams than processors follow on their own. */
+GTAOI_FN void GTAOI_NAME(gtaoi_upsample_ahead)(const gtao_frame_context *f, ptrdiff_t more, int x, int y, int full_y) {
+    const ptrdiff_t at = (ptrdiff_t)gtaoi_imin(y + 1, f->height) * f->pitch + x;
+    const char *depth = (const char *)f->full.d.depth + (ptrdiff_t)full_y * f->full.d.depth_stride;
+    int k;
+    GTAOI_PREFETCH(depth + (ptrdiff_t)x * f->scale * 4, GTAOI_TILE_W / 2 * f->scale);
+    GTAOI_PREFETCH(f->height_now + at, GTAOI_TILE_W / 2);
+    GTAOI_PREFETCH(f->result + at, GTAOI_TILE_W / 2);
+    for (k = 0; f->bent && k < 3; k++) {
+        GTAOI_PREFETCH(f->result + more + k * f->plane + at, GTAOI_TILE_W / 2);
+        if (f->full.d.normals)
+            GTAOI_PREFETCH(f->normals + (ptrdiff_t)y * f->pitch + k * f->plane + x, GTAOI_TILE_W / 2);
+    }
 }
 
 /* Joint bilateral upsampling and output; [y0, y1) are rows of the filters. The first set is the bent normal, the others
@@ -8872,6 +8898,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int set, i
                     h[j + 1] = gtaoi_plane_row(f, f->height_now, y + j);
                     v[j + 1] = gtaoi_plane_row(f, f->result, y + j);
                 }
+                GTAOI_NAME(gtaoi_upsample_ahead)(f, more, x0 + GTAOI_TILE_W / 2, y, full_y);
                 if (s == 2)
                     GTAOI_NAME(gtaoi_height_row)
                 (c, x0 * s, full_y, (lanes + GTAOI_W - 1) / GTAOI_W * GTAOI_W * 2, heights);
