@@ -8605,9 +8605,10 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, i
     for (k = 0; k < 5; k++)
         begin_now[k] = k ? more_now + (k - 2) * plane : 0;
     for (y = y0; y < y1; y++) {
-        const float *heights[5], *signal[3], *ahead = f->history_before + gtaoi_imin(y + 1, f->height) * f->pitch;
+        const float *heights[5], *signal[3];
         float *to = f->history_now + (ptrdiff_t)y * f->pitch;
         GV row = GV_SET((float)y);
+        ptrdiff_t ahead = gtaoi_imin(y + 1, f->height) * f->pitch;
         for (j = 0; j < 5; j++)
             heights[j] = gtaoi_plane_row(f, f->height_now, y + j - 2);
         for (j = 0; j < 3; j++) {
@@ -8633,10 +8634,10 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, i
             }
             if (x % 16 == 0) { /* more streams than processors follow on their own */
                 const int off = x + 4 * 16;
-                GTAOI_PREFETCH(f->height_before + (ahead - f->history_before) + off, 16);
+                GTAOI_PREFETCH(f->height_before + ahead + off, 16);
                 for (k = 0; k < 8; k++)
                     if (k < planes || k == GTAOI_HISTORY_LENGTH || k >= GTAOI_HISTORY_SPEED) {
-                        GTAOI_PREFETCH(ahead + begin[k] + off, 16);
+                        GTAOI_PREFETCH(f->history_before + begin[k] + ahead + off, 16);
                         GTAOI_PREFETCH(to + begin[k] + off, 16);
                     }
                 for (k = 0; f->f.motion && k < 3; k++)
@@ -8647,8 +8648,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, i
                 if (k < planes && k != 1)
                     now[k] = GV_LOAD(signal[1] + begin_now[k] + x);
             valid = GTAOI_NAME(gtaoi_reproject)(f, column, row, x, y, w0, &px, &py, &pw);
-            if (f->moved || f->f.motion)
+            if (f->moved || f->f.motion) {
+                float columns[GTAOI_W], rows[GTAOI_W];
                 GTAOI_NAME(gtaoi_slope)(heights, x, w0, GTAOI_NAME(gtaoi_tolerance)(f, w0), &gx, &gy, &bend);
+                /* the next ones moved about as far */
+                GV_STORE(columns, px), GV_STORE(rows, py);
+                ahead = gtaoi_imin((int)rows[0] + 2, f->height) * f->pitch + (int)columns[0] - x;
+            }
             GTAOI_NAME(gtaoi_fetch_history)(f, set, x, valid, px, py, pw, gx, gy, now, &h);
 
             has = GV_LT(GV_SET(1.0f / 16.0f), h.weight);
