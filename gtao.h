@@ -8377,9 +8377,12 @@ GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, i
     float *out = f->filtered[pass & 1];
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
     const int first = window[0] == 0.0f, taps = 4 + (!first && window[4] > 0.0f) - (first && window[4] == 0.0f);
-    const int plain = window[first] == 1.0f;
-    const ptrdiff_t more = gtaoi_signal_set(f, set);
+    const int plain = window[first] == 1.0f, planes = f->bent ? 5 : 2, width = f->width;
+    const ptrdiff_t more = gtaoi_signal_set(f, set), plane = f->plane;
+    ptrdiff_t begin[5];
     int x, y, i, j, k;
+    for (k = 0; k < 5; k++)
+        begin[k] = k < 2 ? k * plane : more + (k - 2) * plane;
     for (y = y0; y < y1; y++) {
         const float *heights[5], *signal[5];
         float *to = out + (ptrdiff_t)y * f->pitch;
@@ -8387,7 +8390,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, i
             heights[j] = gtaoi_plane_row(f, f->height_now, y + j - 2);
             signal[j] = gtaoi_plane_row(f, in, y + j - 2);
         }
-        for (x = 0; x < f->width; x += GTAOI_W) {
+        for (x = 0; x < width; x += GTAOI_W) {
             GV w0 = GV_LOAD(heights[2] + x), tolerance = GTAOI_NAME(gtaoi_tolerance)(f, w0), inv, gx, gy, bend;
             GV centre[5], sum[5], total = zero, shares = zero, across[5];
             GM solid = GV_LT(limit, w0), good;
@@ -8395,8 +8398,19 @@ GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, i
                 x += GTAOI_TILE_W - GTAOI_W;
                 continue;
             }
-            for (k = 0; k < 2 + 3 * f->bent; k++)
-                centre[k] = GV_LOAD(signal[2] + (k < 2 ? k * f->plane : more + (k - 2) * f->plane) + x), sum[k] = zero;
+            if (x % 16 == 0) {
+                GTAOI_PREFETCH(heights[4] + x + 64, 16);
+                for (k = 0; k < planes; k++) {
+                    GTAOI_PREFETCH(signal[4] + begin[k] + x + 64, 16);
+                    GTAOI_PREFETCH(to + begin[k] + x + 64, 16);
+                }
+            }
+            GTAOI_UNROLL
+            for (k = 0; k < 5; k++) {
+                sum[k] = zero;
+                if (k < planes)
+                    centre[k] = GV_LOAD(signal[2] + begin[k] + x);
+            }
             if (GM_ANY(solid)) {
                 GTAOI_NAME(gtaoi_slope)(heights, x, w0, tolerance, &gx, &gy, &bend);
                 /* no more than 1e28, from which the sky is still far */
@@ -8417,29 +8431,32 @@ GTAOI_FN void GTAOI_NAME(gtaoi_spatial)(const gtao_frame_context *f, int pass, i
                         share = GV_MAX(GV_SUB(one, GV_MUL(share, inv)), zero);
                         if (!plain)
                             share = GV_MUL(share, GV_SET(window[first + i] * window[j]));
-                        weight = GV_MUL(share, GV_LOAD(from + f->plane));
+                        weight = GV_MUL(share, GV_LOAD(from + plane));
                         shares = GV_ADD(shares, share), total = GV_ADD(total, weight);
                         sum[0] = GV_ADD(sum[0], GV_MUL(weight, GV_SUB(GV_LOAD(from), centre[0])));
-                        if (f->bent) {
+                        if (planes > 2) {
                             GTAOI_UNROLL
                             for (k = 2; k < 5; k++)
-                                sum[k] = GV_ADD(sum[k], GV_MUL(weight, GV_SUB(GV_LOAD(from + more + (k - 2) * f->plane),
-                                                                              centre[k])));
+                                sum[k] = GV_ADD(
+                                    sum[k], GV_MUL(weight, GV_SUB(GV_LOAD(from + more + (k - 2) * plane), centre[k])));
                         }
                     }
                 }
                 good = GM_AND(solid, GV_LT(zero, total));
                 inv = GV_DIV(one, total);
                 centre[1] = GV_SELECT(good, GV_DIV(total, shares), centre[1]);
-                for (k = 0; k < 2 + 3 * f->bent; k++)
-                    if (k != 1)
+                GTAOI_UNROLL
+                for (k = 0; k < 5; k++)
+                    if (k != 1 && k < planes)
                         centre[k] = GV_SELECT(good, GV_ADD(centre[k], GV_MUL(sum[k], inv)), centre[k]);
             }
-            for (k = 0; k < 2 + 3 * f->bent; k++)
-                GV_STORE(to + (k < 2 ? k * f->plane : more + (k - 2) * f->plane) + x, centre[k]);
+            GTAOI_UNROLL
+            for (k = 0; k < 5; k++)
+                if (k < planes)
+                    GV_STORE(to + begin[k] + x, centre[k]);
         }
-        for (k = 0; k < 2 + 3 * f->bent; k++)
-            gtaoi_pad_plane(f, to + (k < 2 ? k * f->plane : more + (k - 2) * f->plane), 1);
+        for (k = 0; k < planes; k++)
+            gtaoi_pad_plane(f, to + begin[k], 1);
     }
 }
 
@@ -8579,12 +8596,19 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, i
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), quarter = GV_SET(0.25f), most = GV_SET((float)f->f.max_history);
     const GV at_speed = GV_SET(gtaoi_min((float)f->f.max_history, 8.0f));
     const ptrdiff_t more_now = gtaoi_signal_set(f, set), more = gtaoi_history_set(f, set);
-    const int planes = f->bent ? 5 : 1, kept = 5 + 3 * gtaoi_imax(f->sets, 1);
+    const int planes = f->bent ? 5 : 1, kept = 5 + 3 * gtaoi_imax(f->sets, 1), width = f->width;
+    const ptrdiff_t plane = f->plane;
+    ptrdiff_t begin_now[5], begin[8];
     int x, y, j, k;
+    for (k = 0; k < 8; k++)
+        begin[k] = k >= 2 && k < 5 ? more + (k - 2) * plane : k * plane;
+    for (k = 0; k < 5; k++)
+        begin_now[k] = k ? more_now + (k - 2) * plane : 0;
     for (y = y0; y < y1; y++) {
         const float *heights[5], *signal[3];
         float *to = f->history_now + (ptrdiff_t)y * f->pitch;
         GV row = GV_SET((float)y);
+        ptrdiff_t ahead = gtaoi_imin(y + 1, f->height) * f->pitch;
         for (j = 0; j < 5; j++)
             heights[j] = gtaoi_plane_row(f, f->height_now, y + j - 2);
         for (j = 0; j < 3; j++) {
@@ -8592,7 +8616,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, i
                                                            : gtaoi_imin(gtaoi_imax(y + j - 1, 0), f->height - 1);
             signal[j] = f->signal + (ptrdiff_t)at * f->pitch;
         }
-        for (x = 0; x < f->width; x += GTAOI_W) {
+        for (x = 0; x < width; x += GTAOI_W) {
             GV column = GV_ADD(GV_SET((float)x), GTAOI_NAME(gtaoi_iota)()), w0 = GV_LOAD(heights[2] + x);
             GV px, py, pw, gx = zero, gy = zero, bend, now[5], past[5], length, speed, calm, limit, alpha, moved,
                            deviation, change;
@@ -8608,17 +8632,37 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, i
                 x += GTAOI_TILE_W - GTAOI_W;
                 continue;
             }
-            for (k = 0; k < planes; k += k ? 1 : 2)
-                now[k] = GV_LOAD(signal[1] + (k ? more_now + (k - 2) * f->plane : 0) + x);
+            if (x % 16 == 0) { /* more streams than processors follow on their own */
+                const int off = x + 4 * 16;
+                GTAOI_PREFETCH(f->height_before + ahead + off, 16);
+                for (k = 0; k < 8; k++)
+                    if (k < planes || k == GTAOI_HISTORY_LENGTH || k >= GTAOI_HISTORY_SPEED) {
+                        GTAOI_PREFETCH(f->history_before + begin[k] + ahead + off, 16);
+                        GTAOI_PREFETCH(to + begin[k] + off, 16);
+                    }
+                for (k = 0; f->f.motion && k < 3; k++)
+                    GTAOI_PREFETCH(f->motion + (ptrdiff_t)y * f->pitch + k * plane + off, 16);
+            }
+            GTAOI_UNROLL
+            for (k = 0; k < 5; k++)
+                if (k < planes && k != 1)
+                    now[k] = GV_LOAD(signal[1] + begin_now[k] + x);
             valid = GTAOI_NAME(gtaoi_reproject)(f, column, row, x, y, w0, &px, &py, &pw);
-            if (f->moved || f->f.motion)
+            if (f->moved || f->f.motion) {
+                float columns[GTAOI_W], rows[GTAOI_W];
                 GTAOI_NAME(gtaoi_slope)(heights, x, w0, GTAOI_NAME(gtaoi_tolerance)(f, w0), &gx, &gy, &bend);
+                /* the next ones moved about as far */
+                GV_STORE(columns, px), GV_STORE(rows, py);
+                ahead = gtaoi_imin((int)rows[0] + 2, f->height) * f->pitch + (int)columns[0] - x;
+            }
             GTAOI_NAME(gtaoi_fetch_history)(f, set, x, valid, px, py, pw, gx, gy, now, &h);
 
             has = GV_LT(GV_SET(1.0f / 16.0f), h.weight);
             limit = GV_DIV(one, GV_SELECT(has, h.weight, one));
-            for (k = 0; k < planes; k += k ? 1 : 2)
-                past[k] = GV_SELECT(has, GV_ADD(now[k], GV_MUL(h.value[k], limit)), now[k]);
+            GTAOI_UNROLL
+            for (k = 0; k < 5; k++)
+                if (k < planes && k != 1)
+                    past[k] = GV_SELECT(has, GV_ADD(now[k], GV_MUL(h.value[k], limit)), now[k]);
             /* Shorter by the taps that were rejected, and by the detail that reading between pixels costs. */
             length = GV_IF(has, GV_MUL(h.length, GV_SUB(one, GV_MUL(h.blur, GV_SET(GTAOI_BLUR_COST)))));
             moved = GV_SUB(px, column), speed = GV_SUB(py, row);
@@ -8652,8 +8696,10 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, i
                  * history counts no more */
                 part = GV_DIV(GV_ABS(GV_SUB(past[0], clamped)), GV_MAX(change, GV_SET(1e-12f)));
                 part = GV_MIN(part, one);
-                for (k = 2; k < planes; k++)
-                    past[k] = GV_ADD(past[k], GV_MUL(part, GV_SUB(now[k], past[k])));
+                GTAOI_UNROLL
+                for (k = 2; k < 5; k++)
+                    if (k < planes)
+                        past[k] = GV_ADD(past[k], GV_MUL(part, GV_SUB(now[k], past[k])));
                 length = GV_MUL(length, GV_SUB(one, part));
                 past[0] = clamped;
             } else if (f->f.history == GTAO_HISTORY_VARIANCE) {
@@ -8669,13 +8715,14 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, i
                 GV_MAX(GV_SUB(most, GV_MUL(speed, GV_SET((float)(f->f.max_history - 8) * (1.0f / 16.0f)))), at_speed);
             length = GV_ADD(GV_MIN(length, GV_SUB(limit, one)), one);
             alpha = GV_DIV(one, length);
-            for (k = 0; k < planes; k += k ? 1 : 2)
-                GV_STORE(to + (k ? more + (k - 2) * f->plane : 0) + x,
-                         GV_ADD(past[k], GV_MUL(alpha, GV_SUB(now[k], past[k]))));
-            GV_STORE(to + GTAOI_HISTORY_LENGTH * f->plane + x, length);
-            GV_STORE(to + GTAOI_HISTORY_SPEED * f->plane + x, speed);
-            GV_STORE(to + GTAOI_HISTORY_LAST * f->plane + x, now[0]);
-            GV_STORE(to + GTAOI_HISTORY_DEVIATION * f->plane + x, deviation);
+            GTAOI_UNROLL
+            for (k = 0; k < 5; k++)
+                if (k < planes && k != 1)
+                    GV_STORE(to + begin[k] + x, GV_ADD(past[k], GV_MUL(alpha, GV_SUB(now[k], past[k]))));
+            GV_STORE(to + GTAOI_HISTORY_LENGTH * plane + x, length);
+            GV_STORE(to + GTAOI_HISTORY_SPEED * plane + x, speed);
+            GV_STORE(to + GTAOI_HISTORY_LAST * plane + x, now[0]);
+            GV_STORE(to + GTAOI_HISTORY_DEVIATION * plane + x, deviation);
         }
         for (k = 0; k < kept; k++)
             gtaoi_pad_plane(f, to + k * f->plane, 0);
@@ -8684,11 +8731,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, i
 
 /* ---- frames: output --------------------------------------------------------------------------------------------- */
 
-/* Unit bent normals of W pixels from their means; where nothing is visible or known, the normal or towards the eye. */
-GTAOI_FI void GTAOI_NAME(gtaoi_unit_bent)(const gtao_context *c, GV b[3], const GV n[3], GV x, int y) {
+/* Unit bent normals of W pixels from their means; where nothing is visible or known, the normal (three
+ * planes, or null) or towards the eye. */
+GTAOI_FI void GTAOI_NAME(gtaoi_unit_bent)(const gtao_context *c, GV b[3], const float *normals, ptrdiff_t plane, GV x,
+                                          int y) {
     GTAOI_NO_CONTRACT
     const GV one = GV_SET(1.0f), zero = GV_SET(0.0f);
-    GV len2 = GV_ADD(GV_ADD(GV_MUL(b[0], b[0]), GV_MUL(b[1], b[1])), GV_MUL(b[2], b[2])), scale, r[3], inv;
+    GV len2 = GV_ADD(GV_ADD(GV_MUL(b[0], b[0]), GV_MUL(b[1], b[1])), GV_MUL(b[2], b[2])), scale, r[3], n[3], inv;
     GM good = GV_LT(GV_SET(1e-12f), len2), has_normal;
     int k;
     scale = GV_DIV(one, GV_SQRT(len2));
@@ -8701,11 +8750,22 @@ GTAOI_FI void GTAOI_NAME(gtaoi_unit_bent)(const gtao_context *c, GV b[3], const 
             inv = GV_DIV(GV_SET(-1.0f), GV_SQRT(GV_ADD(GV_ADD(GV_MUL(r[0], r[0]), GV_SET(ry * ry)), one)));
             r[0] = GV_MUL(r[0], inv), r[1] = GV_MUL(GV_SET(ry), inv), r[2] = inv;
         }
+        for (k = 0; k < 3; k++)
+            n[k] = normals ? GV_LOAD(normals + k * plane) : zero;
+        if (normals && c->transform_normals) {
+            const float *m = c->to_view;
+            GV t[3];
+            for (k = 0; k < 3; k++)
+                t[k] = GV_ADD(GV_ADD(GV_MUL(GV_SET(m[3 * k]), n[0]), GV_MUL(GV_SET(m[3 * k + 1]), n[1])),
+                              GV_MUL(GV_SET(m[3 * k + 2]), n[2]));
+            n[0] = t[0], n[1] = t[1], n[2] = t[2];
+        }
         has_normal = GV_LT(GV_SET(0.5f), GV_ADD(GV_ADD(GV_MUL(n[0], n[0]), GV_MUL(n[1], n[1])), GV_MUL(n[2], n[2])));
         for (k = 0; k < 3; k++)
             b[k] = GV_SELECT(good, b[k], GV_SELECT(has_normal, n[k], r[k]));
         scale = GV_SELECT(good, scale, one);
     }
+    GTAOI_UNROLL
     for (k = 0; k < 3; k++)
         b[k] = GV_MUL(b[k], scale);
 }
@@ -8781,7 +8841,9 @@ GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TA
     static const float bilinear[4] = {9.0f / 16.0f, 3.0f / 16.0f, 3.0f / 16.0f, 1.0f / 16.0f};
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
     GV total = zero, share[4], away[4], least;
-    int t, k, planes = f->bent ? 5 : 1, same;
+    const ptrdiff_t plane = f->plane;
+    const int planes = f->bent ? 5 : 1;
+    int t, k, same;
     GM solid = GV_LT(limit, w), fits;
     GTAOI_UNROLL
     for (t = 0; t < 4; t++)
@@ -8807,15 +8869,74 @@ GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TA
         for (t = 0; t < 4; t++)
             share[t] = GV_MUL(away[t], total);
     }
-    for (k = 0; k < planes; k += k ? 1 : 2) {
-        ptrdiff_t plane = k ? more_at + (k - 2) * f->plane : 0;
-        GV own = GV_LOAD(taps->signal[0] + plane + i), more = zero;
-        GTAOI_UNROLL
-        for (t = 1; t < 4; t++)
-            more = GV_ADD(more, GV_MUL(share[t], GV_SUB(GV_LOAD(taps->signal[t] + plane + i), own)));
-        out[k] = GV_ADD(own, GV_IF(solid, more));
-    }
+    GTAOI_UNROLL
+    for (k = 0; k < 5; k++)
+        if (k < planes && k != 1) {
+            ptrdiff_t at = (k ? more_at + (k - 2) * plane : 0) + i;
+            GV own = GV_LOAD(taps->signal[0] + at), more = zero;
+            GTAOI_UNROLL
+            for (t = 1; t < 4; t++)
+                more = GV_ADD(more, GV_MUL(share[t], GV_SUB(GV_LOAD(taps->signal[t] + at), own)));
+            out[k] = GV_ADD(own, GV_IF(solid, more));
+        }
     out[0] = GV_SELECT(solid, out[0], one);
+}
+
+/* What the next half of a tile reads that is new to this row; more streams than processors follow on their own. */
+GTAOI_FN void GTAOI_NAME(gtaoi_upsample_ahead)(const gtao_frame_context *f, ptrdiff_t more, int x, int y, int full_y) {
+    const ptrdiff_t at = (ptrdiff_t)gtaoi_imin(y + 1, f->height) * f->pitch + x;
+    const char *depth = (const char *)f->full.d.depth + (ptrdiff_t)full_y * f->full.d.depth_stride;
+    int k;
+    GTAOI_PREFETCH(depth + (ptrdiff_t)x * f->scale * 4, GTAOI_TILE_W / 2 * f->scale);
+    GTAOI_PREFETCH(f->height_now + at, GTAOI_TILE_W / 2);
+    GTAOI_PREFETCH(f->result + at, GTAOI_TILE_W / 2);
+    for (k = 0; f->bent && k < 3; k++) {
+        GTAOI_PREFETCH(f->result + more + k * f->plane + at, GTAOI_TILE_W / 2);
+        if (f->full.d.normals)
+            GTAOI_PREFETCH(f->normals + (ptrdiff_t)y * f->pitch + k * f->plane + x, GTAOI_TILE_W / 2);
+    }
+}
+
+/* A row of `count` of the caller's pixels to the caller: visibility and three further planes of a set. */
+GTAOI_FN void GTAOI_NAME(gtaoi_put_row)(const gtao_frame_context *f, int set, int x, int y, int count,
+                                        float planar[4][GTAOI_TILE_W]) {
+    const gtao_context *c = &f->full;
+    const int to = c->o.bent_normals && !c->o.packed;
+    float bent[3 * GTAOI_TILE_W];
+    int i, k;
+    if (set) {
+        for (k = 0; k < 3 && 3 * (set - 1) + k < gtaoi_sh_count(&c->o); k++)
+            memcpy((char *)c->o.sh + (3 * (set - 1) + k) * c->o.sh_plane_stride + (ptrdiff_t)y * c->o.sh_stride +
+                       (ptrdiff_t)x * 4,
+                   planar[k + 1], (size_t)count * 4);
+        return;
+    }
+    for (i = 0; f->bent && i < count; i += GTAOI_W) {
+        const int last = gtaoi_imin(GTAOI_W, count - i) - 1;
+        float records[4 * GTAOI_W], *at = bent + 3 * i;
+        GV rows[4];
+        GTAOI_UNROLL
+        for (k = 0; k < 4; k++)
+            rows[k] = GV_LOAD(planar[(k + 1) & 3] + i);
+        GTAOI_NAME(gtaoi_store4)(records, 4, rows);
+        if (to) /* straight to the caller */
+            at = (float *)(void *)((char *)c->o.bent_normals + (ptrdiff_t)y * c->o.bent_stride) +
+                 (x + i) * c->o.bent_components;
+        if (to && c->o.bent_components == 4) {
+            memcpy(at, records, (size_t)(last + 1) * 16);
+        } else { /* a fourth component too many, which the next one overwrites */
+            if (last == GTAOI_W - 1) {
+                GTAOI_UNROLL
+                for (k = 0; k < GTAOI_W - 1; k++)
+                    memcpy(at + 3 * k, records + 4 * k, 16);
+            } else {
+                for (k = 0; k < last; k++)
+                    memcpy(at + 3 * k, records + 4 * k, 16);
+            }
+            memcpy(at + 3 * last, records + 4 * last, 12);
+        }
+    }
+    gtaoi_store(c, x, y, count, planar[0], c->o.packed ? bent : 0, 0);
 }
 
 /* Joint bilateral upsampling and output; [y0, y1) are rows of the filters. The first set is the bent normal, the others
@@ -8824,129 +8945,99 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int set, i
     GTAOI_NO_CONTRACT
     const gtao_context *c = &f->full;
     const GV zero = GV_SET(0.0f);
-    const ptrdiff_t more = f->temporal ? gtaoi_history_set(f, set) : gtaoi_signal_set(f, set);
-    int x, x0, y, i, j, k, r, s = f->scale, planes = f->bent ? 5 : 1;
-    for (y = y0; y < y1; y++)
-        for (r = 0; r < s && y * s + r < c->d.height; r++)
-            for (x0 = 0; x0 < f->width; x0 += GTAOI_TILE_W / 2) {
-                int full_y = y * s + r, lanes = gtaoi_imin(GTAOI_TILE_W / 2, f->width - x0);
-                int count = gtaoi_imin(GTAOI_TILE_W / 2 * s, c->d.width - x0 * s);
-                float heights[GTAOI_TILE_W], planar[4][GTAOI_TILE_W], bent[3 * GTAOI_TILE_W];
-                const float *h[3], *v[3];
-                GTAOI_TAPS even, odd;
-                for (j = -1; j <= 1; j++) {
-                    h[j + 1] = gtaoi_plane_row(f, f->height_now, y + j);
-                    v[j + 1] = gtaoi_plane_row(f, f->result, y + j);
-                }
-                if (s == 2)
-                    GTAOI_NAME(gtaoi_height_row)
-                (c, x0 * s, full_y, (lanes + GTAOI_W - 1) / GTAOI_W * GTAOI_W * 2, heights);
-                for (i = 0; i < lanes; i += GTAOI_W) {
-                    GV pixel[2][5];
-                    x = x0 + i;
-                    if (s == 1) {
-                        for (k = 0; k < planes; k += k ? 1 : 2)
-                            pixel[0][k] = GV_LOAD(v[1] + (k ? more + (k - 2) * f->plane : 0) + x);
-                    } else {
-                        int other = r ? 2 : 0;
-                        GV w0 = GV_LOAD(h[1] + x), w[2], rise_x, rise_y, own_x, own_y, tolerance, inv;
-                        /* the sky never fits */
-                        tolerance = GV_MIN(GTAOI_NAME(gtaoi_tolerance)(f, GV_MAX(w0, zero)), GV_SET(1e28f));
-                        inv = GV_DIV(GV_SET(1.0f), GV_MAX(tolerance, GV_SET(1e-28f)));
-                        rise_x = GTAOI_NAME(gtaoi_step)(GV_LOAD(h[1] + x - 1), w0, GV_LOAD(h[1] + x + 1), tolerance);
-                        rise_y = GTAOI_NAME(gtaoi_step)(GV_LOAD(h[0] + x), w0, GV_LOAD(h[2] + x), tolerance);
-                        if (r) /* upwards for the upper row, downwards for the lower */
-                            rise_y = GV_SUB(zero, rise_y);
-                        own_x = GV_MUL(rise_x, GV_SET(0.25f)), own_y = GV_MUL(rise_y, GV_SET(0.25f));
-                        rise_x = GV_MUL(rise_x, GV_SET(-0.75f)), rise_y = GV_MUL(rise_y, GV_SET(-0.75f));
-                        even.rise[0] = GV_ADD(own_y, own_x), odd.rise[0] = GV_SUB(own_y, own_x);
-                        even.rise[1] = GV_ADD(own_y, rise_x), odd.rise[1] = GV_SUB(own_y, rise_x);
-                        even.rise[2] = GV_ADD(rise_y, own_x), odd.rise[2] = GV_SUB(rise_y, own_x);
-                        even.rise[3] = GV_ADD(rise_y, rise_x), odd.rise[3] = GV_SUB(rise_y, rise_x);
-                        even.height[0] = odd.height[0] = h[1], even.signal[0] = odd.signal[0] = v[1];
-                        even.height[2] = odd.height[2] = h[other], even.signal[2] = odd.signal[2] = v[other];
-                        even.height[1] = h[1] - 1, even.height[3] = h[other] - 1;
-                        even.signal[1] = v[1] - 1, even.signal[3] = v[other] - 1;
-                        odd.height[1] = h[1] + 1, odd.height[3] = h[other] + 1;
-                        odd.signal[1] = v[1] + 1, odd.signal[3] = v[other] + 1;
-                        GTAOI_NAME(gtaoi_load2)(heights + 2 * i, &w[0], &w[1]);
-                        even.crease = odd.crease = GV_LT(zero, zero);
-                        if (c->d.normals && f->f.upsample_normals) {
-                            const float *at = f->normals + (ptrdiff_t)y * f->pitch + x;
-                            ptrdiff_t down = r ? f->pitch : -f->pitch;
-                            GV n[4][3], m[4][3];
-                            if (y + 2 * r - 1 < 0 || y + 2 * r - 1 >= f->height)
-                                down = 0;
-                            for (k = 0; k < 3; k++, at += f->plane) {
-                                n[0][k] = m[0][k] = GV_LOAD(at), n[2][k] = m[2][k] = GV_LOAD(at + down);
-                                n[1][k] = GV_LOAD(at - 1), n[3][k] = GV_LOAD(at + down - 1);
-                                m[1][k] = GV_LOAD(at + 1), m[3][k] = GV_LOAD(at + down + 1);
-                            }
-                            GTAOI_NAME(gtaoi_alike)(f, &even, n, GV_LT(GV_SET(GTAOI_SKY_LIMIT), w[0]), 2 * x, full_y);
-                            GTAOI_NAME(gtaoi_alike)
-                            (f, &odd, m, GV_LT(GV_SET(GTAOI_SKY_LIMIT), w[1]), 2 * x + 1, full_y);
-                        }
-                        GTAOI_NAME(gtaoi_join)(f, &even, x, w[0], inv, more, pixel[0]);
-                        GTAOI_NAME(gtaoi_join)(f, &odd, x, w[1], inv, more, pixel[1]);
-                    }
-                    if (f->bent && !set) {
-                        GV n[3];
-                        for (k = 0; k < 3; k++)
-                            n[k] =
-                                c->d.normals ? GV_LOAD(f->normals + (ptrdiff_t)y * f->pitch + k * f->plane + x) : zero;
-                        if (c->d.normals && c->transform_normals) {
-                            const float *m = c->to_view;
-                            GV t[3];
-                            for (k = 0; k < 3; k++)
-                                t[k] =
-                                    GV_ADD(GV_ADD(GV_MUL(GV_SET(m[3 * k]), n[0]), GV_MUL(GV_SET(m[3 * k + 1]), n[1])),
-                                           GV_MUL(GV_SET(m[3 * k + 2]), n[2]));
-                            n[0] = t[0], n[1] = t[1], n[2] = t[2];
-                        }
-                        for (k = 0; k < s; k++) {
-                            GV column = GV_ADD(GV_SET((float)x), GTAOI_NAME(gtaoi_iota)());
-                            if (s == 2)
-                                column = GV_ADD(GV_MUL(column, GV_SET(2.0f)), GV_SET((float)k));
-                            GTAOI_NAME(gtaoi_unit_bent)(c, pixel[k] + 2, n, column, full_y);
-                        }
-                    }
-                    for (k = 0; k < planes; k++)
-                        if (k != GTAOI_SIGNAL_WEIGHT) {
-                            float *to = planar[k ? k - 1 : 0] + i * s;
-                            if (s == 1)
-                                GV_STORE(to, pixel[0][k]);
-                            else
-                                GTAOI_NAME(gtaoi_store2)(to, pixel[0][k], pixel[1][k]);
-                        }
-                }
-                if (set) {
-                    for (k = 0; k < 3 && 3 * (set - 1) + k < gtaoi_sh_count(&c->o); k++)
-                        memcpy((char *)c->o.sh + (3 * (set - 1) + k) * c->o.sh_plane_stride +
-                                   (ptrdiff_t)full_y * c->o.sh_stride + (ptrdiff_t)(x0 * s) * 4,
-                               planar[k + 1], (size_t)count * 4);
-                    continue;
-                }
-                for (i = 0; f->bent && i < count; i += GTAOI_W) {
-                    int to = c->o.bent_normals && !c->o.packed, last = gtaoi_imin(GTAOI_W, count - i) - 1;
-                    float records[4 * GTAOI_W], *at = bent + 3 * i;
-                    GV rows[4];
+    const ptrdiff_t more = f->temporal ? gtaoi_history_set(f, set) : gtaoi_signal_set(f, set), plane = f->plane;
+    const int s = f->scale, planes = f->bent ? 5 : 1, guided = c->d.normals && f->f.upsample_normals;
+    int x, x0, y, full_y, i, j, k, r;
+    for (full_y = y0 * s; full_y < gtaoi_imin(y1 * s, c->d.height); full_y++) {
+        const float *h[3], *v[3];
+        y = full_y / s, r = full_y % s;
+        for (j = -1; j <= 1; j++) {
+            h[j + 1] = gtaoi_plane_row(f, f->height_now, y + j);
+            v[j + 1] = gtaoi_plane_row(f, f->result, y + j);
+        }
+        for (x0 = 0; x0 < f->width; x0 += GTAOI_TILE_W / 2) {
+            int lanes = gtaoi_imin(GTAOI_TILE_W / 2, f->width - x0);
+            int count = gtaoi_imin(GTAOI_TILE_W / 2 * s, c->d.width - x0 * s);
+            float heights[GTAOI_TILE_W], planar[4][GTAOI_TILE_W];
+            GTAOI_NAME(gtaoi_upsample_ahead)(f, more, x0 + GTAOI_TILE_W / 2, y, full_y);
+            if (s == 2)
+                GTAOI_NAME(gtaoi_height_row)
+            (c, x0 * s, full_y, (lanes + GTAOI_W - 1) / GTAOI_W * GTAOI_W * 2, heights);
+            for (i = 0; i < lanes; i += GTAOI_W) {
+                const float *normals = c->d.normals ? f->normals + (ptrdiff_t)y * f->pitch + x0 + i : 0;
+                GV pixel[2][5];
+                x = x0 + i;
+                if (s == 1) {
                     GTAOI_UNROLL
-                    for (k = 0; k < 4; k++)
-                        rows[k] = GV_LOAD(planar[(k + 1) & 3] + i);
-                    GTAOI_NAME(gtaoi_store4)(records, 4, rows);
-                    if (to) /* straight to the caller */
-                        at = (float *)(void *)((char *)c->o.bent_normals + (ptrdiff_t)full_y * c->o.bent_stride) +
-                             (x0 * s + i) * c->o.bent_components;
-                    if (to && c->o.bent_components == 4) {
-                        memcpy(at, records, (size_t)(last + 1) * 16);
-                    } else {
-                        for (k = 0; k < last; k++) /* a fourth component too many, which the next one overwrites */
-                            memcpy(at + 3 * k, records + 4 * k, 16);
-                        memcpy(at + 3 * last, records + 4 * last, 12);
+                    for (k = 0; k < 5; k++)
+                        if (k < planes && k != 1)
+                            pixel[0][k] = GV_LOAD(v[1] + (k ? more + (k - 2) * plane : 0) + x);
+                } else {
+                    int other = r ? 2 : 0;
+                    GV w0 = GV_LOAD(h[1] + x), w[2], rise_x, near_x, rise, near_y, tolerance, inv;
+                    GTAOI_TAPS even, odd;
+                    /* the sky never fits */
+                    tolerance = GV_MIN(GTAOI_NAME(gtaoi_tolerance)(f, GV_MAX(w0, zero)), GV_SET(1e28f));
+                    inv = GV_DIV(GV_SET(1.0f), GV_MAX(tolerance, GV_SET(1e-28f)));
+                    rise_x = GTAOI_NAME(gtaoi_step)(GV_LOAD(h[1] + x - 1), w0, GV_LOAD(h[1] + x + 1), tolerance);
+                    rise = GTAOI_NAME(gtaoi_step)(GV_LOAD(h[0] + x), w0, GV_LOAD(h[2] + x), tolerance);
+                    if (r) /* upwards for the upper row, downwards for the lower */
+                        rise = GV_SUB(zero, rise);
+                    near_x = GV_MUL(rise_x, GV_SET(0.25f)), rise_x = GV_MUL(rise_x, GV_SET(-0.75f));
+                    near_y = GV_MUL(rise, GV_SET(0.25f)), rise = GV_MUL(rise, GV_SET(-0.75f));
+                    even.rise[0] = GV_ADD(near_y, near_x), odd.rise[0] = GV_SUB(near_y, near_x);
+                    even.rise[1] = GV_ADD(near_y, rise_x), odd.rise[1] = GV_SUB(near_y, rise_x);
+                    even.rise[2] = GV_ADD(rise, near_x), odd.rise[2] = GV_SUB(rise, near_x);
+                    even.rise[3] = GV_ADD(rise, rise_x), odd.rise[3] = GV_SUB(rise, rise_x);
+                    even.height[0] = odd.height[0] = h[1], even.signal[0] = odd.signal[0] = v[1];
+                    even.height[2] = odd.height[2] = h[other], even.signal[2] = odd.signal[2] = v[other];
+                    even.height[1] = h[1] - 1, even.height[3] = h[other] - 1;
+                    even.signal[1] = v[1] - 1, even.signal[3] = v[other] - 1;
+                    odd.height[1] = h[1] + 1, odd.height[3] = h[other] + 1;
+                    odd.signal[1] = v[1] + 1, odd.signal[3] = v[other] + 1;
+                    GTAOI_NAME(gtaoi_load2)(heights + 2 * i, &w[0], &w[1]);
+                    even.crease = odd.crease = GV_LT(zero, zero);
+                    if (guided) {
+                        const float *at = normals;
+                        ptrdiff_t down = r ? f->pitch : -f->pitch;
+                        GV n[4][3], m[4][3];
+                        if (y + 2 * r - 1 < 0 || y + 2 * r - 1 >= f->height)
+                            down = 0;
+                        for (k = 0; k < 3; k++, at += plane) {
+                            n[0][k] = m[0][k] = GV_LOAD(at), n[2][k] = m[2][k] = GV_LOAD(at + down);
+                            n[1][k] = GV_LOAD(at - 1), n[3][k] = GV_LOAD(at + down - 1);
+                            m[1][k] = GV_LOAD(at + 1), m[3][k] = GV_LOAD(at + down + 1);
+                        }
+                        GTAOI_NAME(gtaoi_alike)
+                        (f, &even, n, GV_LT(GV_SET(GTAOI_SKY_LIMIT), w[0]), 2 * x, full_y);
+                        GTAOI_NAME(gtaoi_alike)
+                        (f, &odd, m, GV_LT(GV_SET(GTAOI_SKY_LIMIT), w[1]), 2 * x + 1, full_y);
                     }
+                    GTAOI_NAME(gtaoi_join)(f, &even, x, w[0], inv, more, pixel[0]);
+                    GTAOI_NAME(gtaoi_join)(f, &odd, x, w[1], inv, more, pixel[1]);
                 }
-                gtaoi_store(c, x0 * s, full_y, count, planar[0], c->o.packed ? bent : 0, 0);
+                if (f->bent && !set) {
+                    GV column = GV_ADD(GV_SET((float)x), GTAOI_NAME(gtaoi_iota)());
+                    if (s == 2)
+                        column = GV_MUL(column, GV_SET(2.0f));
+                    GTAOI_NAME(gtaoi_unit_bent)(c, pixel[0] + 2, normals, plane, column, full_y);
+                    if (s == 2)
+                        GTAOI_NAME(gtaoi_unit_bent)
+                    (c, pixel[1] + 2, normals, plane, GV_ADD(column, GV_SET(1.0f)), full_y);
+                }
+                GTAOI_UNROLL
+                for (k = 0; k < 5; k++)
+                    if (k < planes && k != GTAOI_SIGNAL_WEIGHT) {
+                        float *to = planar[k ? k - 1 : 0] + i * s;
+                        if (s == 1)
+                            GV_STORE(to, pixel[0][k]);
+                        else
+                            GTAOI_NAME(gtaoi_store2)(to, pixel[0][k], pixel[1][k]);
+                    }
             }
+            GTAOI_NAME(gtaoi_put_row)(f, set, x0 * s, full_y, count, planar);
+        }
+    }
 }
 #endif /* GTAOI_KERNELS */
 
