@@ -5733,7 +5733,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_search_noise)(const gtao_context *c, const GTAOI_
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f);
     GV ax = GV_ABS(f->dx), ay = GV_ABS(f->dy), unit = GV_MAX(ax, ay), radius, steps;
     GM along_x = GV_LE(ay, ax);
-    float level[GTAOI_W], position[GTAOI_W];
+    float level[GTAOI_W], position[GTAOI_W] = {0.0f};
     int i, j, side, n = c->max_steps, taps = c->every_pixel;
     uint64_t left_out = 0;
     radius = GV_DIV(p->extent, GV_SQRT(f->bb));
@@ -7613,14 +7613,15 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_open_group)(const GTAOI_PIXEL *p, GM active, const 
 /* ---- effort by need ---------------------------------------------------------------------------------------------- */
 
 /* Heights and tilts of a block of pixels, in image order, for gtaoi_share. */
-GTAOI_FN void GTAOI_NAME(gtaoi_keep)(const gtao_context *c, const GTAOI_PIXEL *p, const GM *active, int x, int y) {
+GTAOI_FN void GTAOI_NAME(gtaoi_keep)(const gtao_context *c, const GTAOI_PIXEL *p, const GM *active, int groups, int x,
+                                     int y) {
     float *at = c->keep + (ptrdiff_t)y * (c->o.signal_stride / 4) + x;
     GV v[4];
     int k, g;
     for (k = 0; k < 3; k++, at += c->o.signal_plane_stride / 4) {
         for (g = 0; g < 4; g++) {
             v[g] = GV_SET(k ? 0.0f : GTAOI_SKY);
-            if (GM_ANY(active[g]))
+            if (g < groups && GM_ANY(active[g]))
                 v[g] = GV_SELECT(active[g], k == 0 ? p[g].w0 : k == 1 ? p[g].gx : p[g].gy, v[g]);
         }
         GTAOI_NAME(gtaoi_store4)(at, 4, v);
@@ -7801,7 +7802,7 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *bl
             memset(&moments[g], 0, sizeof moments[g]);
     }
     if (c->keep)
-        GTAOI_NAME(gtaoi_keep)(c, pixel, active, x0, y);
+        GTAOI_NAME(gtaoi_keep)(c, pixel, active, groups, x0, y);
     for (g = 0; g < groups; g++) {
         active[g] =
             GTAOI_NAME(gtaoi_open_group)(&pixel[g], active[g], block->tile, block->skips, &block->seen[g], stats);
@@ -7929,7 +7930,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS 
         GTAOI_NAME(gtaoi_clear)(&sum[g]);
     }
     if (c->keep)
-        GTAOI_NAME(gtaoi_keep)(c, p, active, block->x, y);
+        GTAOI_NAME(gtaoi_keep)(c, p, active, block->groups, block->x, y);
     for (g = 0; g < block->groups; g++) {
         active[g] = GTAOI_NAME(gtaoi_open_group)(&p[g], active[g], block->tile, block->skips, &block->seen[g], stats);
         any |= GM_ANY(active[g]);
