@@ -7926,7 +7926,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS 
     for (g = 0; g < block->groups; g++) {
         active[g] = GTAOI_NAME(gtaoi_setup)(c, &p[g], block->at[g], block->x + g * block->step, y, block->want[g],
                                             block->normals ? block->normals + 3 * g : 0, stats);
-        GV_STORE(block->keys[g], p[g].key);
+        if (GM_ANY(active[g]))
+            GV_STORE(block->keys[g], p[g].key);
         GTAOI_NAME(gtaoi_clear)(&sum[g]);
     }
     if (c->keep)
@@ -7940,14 +7941,16 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS 
         GTAOI_FRAME f[4];
         GTAOI_HORIZONS s[4];
         for (g = 0; g < block->groups; g++)
-            GTAOI_NAME(gtaoi_slice)(c, &p[g], c->slice + first + g * stride, k, &f[g], &s[g]);
+            if (GM_ANY(active[g]))
+                GTAOI_NAME(gtaoi_slice)(c, &p[g], c->slice + first + g * stride, k, &f[g], &s[g]);
         for (g = 0; g < block->groups; g++)
             if (GM_ANY(active[g]))
                 GTAOI_NAME(gtaoi_search_plain)
         (c, &p[g], &f[g], &s[g], block->at[g], first + g * stride, active[g], block->keys[g],
          block->x + g * block->step, y, &block->over[g][k & 3], block->seen[g], stats);
         for (g = 0; g < block->groups; g++)
-            GTAOI_NAME(gtaoi_integrate)(c, &p[g], &f[g], &s[g], &sum[g]);
+            if (GM_ANY(active[g]))
+                GTAOI_NAME(gtaoi_integrate)(c, &p[g], &f[g], &s[g], &sum[g]);
     }
     for (g = 0; g < block->groups; g++) {
         if (GM_ANY(active[g]))
