@@ -2794,7 +2794,7 @@ static void gtaoi_cell_plane(const gtao_context *c, const float *at, int rows, i
         w0[i] = mean, gx[i] = x, gy[i] = y;
 }
 
-/* A cell of which not all pixels are there, or not all are of the first layer. */
+/* A cell in which layers lie over one another, pixel by pixel. */
 static void gtaoi_cell_rest(const gtao_context *c, int cx, int cy) {
     GTAOI_NO_CONTRACT
     const float half = 0.5f * (float)(GTAOI_CELL - 1);

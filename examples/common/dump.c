@@ -24,18 +24,8 @@ struct dump {
     int buffer_count;
 };
 
-static int fail(image_error *error, const char *path, const char *format, ...) {
-    char text[400];
-    va_list args;
-    va_start(args, format);
-    vsnprintf(text, sizeof text, format, args);
-    va_end(args);
-    snprintf(error->text, sizeof error->text, "%.100s: %s", path, text);
-    return 0;
-}
-
 static int no_memory(const dump *d, image_error *error) {
-    return fail(error, d->path, "not enough memory");
+    return image_fail(error, d->path, "not enough memory");
 }
 
 static void *keep(dump *d, size_t bytes) {
@@ -82,19 +72,19 @@ dump *dump_create(const char *directory, image_error *error) {
     while (n > 1 && directory[n - 1] == '/')
         --n;
     if (!d || n + 40 > PATH_SIZE) {
-        fail(error, directory, d ? "name too long" : "not enough memory");
+        image_fail(error, directory, d ? "name too long" : "not enough memory");
         free(d);
         return NULL;
     }
     memcpy(d->path, directory, n);
     if (stat(d->path, &info) == 0 && !(S_ISDIR(info.st_mode) && is_empty(d->path))) {
-        fail(error, d->path, "exists already");
+        image_fail(error, d->path, "exists already");
         free(d);
         return NULL;
     }
     snprintf(d->temporary, sizeof d->temporary, "%.*s.%ld.tmp", PATH_SIZE - 40, d->path, (long)getpid());
     if (mkdir(d->temporary, 0777) != 0) {
-        fail(error, d->path, "cannot create: %s", strerror(errno));
+        image_fail(error, d->path, "cannot create: %s", strerror(errno));
         free(d);
         return NULL;
     }
@@ -148,7 +138,7 @@ int dump_frame(dump *d, const char *name, image_error *error) {
         return 0;
     snprintf(d->frame, sizeof d->frame, "%s", name);
     snprintf(path, sizeof path, "%s/%s", d->temporary, d->frame);
-    return mkdir(path, 0777) == 0 || fail(error, d->path, "cannot create %s: %s", name, strerror(errno));
+    return mkdir(path, 0777) == 0 || image_fail(error, d->path, "cannot create %s: %s", name, strerror(errno));
 }
 
 void dump_discard(dump *d) {
@@ -165,7 +155,7 @@ void dump_discard(dump *d) {
 int dump_commit(dump *d, image_error *error) {
     int ok = finish(d, error);
     if (ok && rename(d->temporary, d->path) != 0)
-        ok = fail(error, d->path, "cannot rename: %s", strerror(errno));
+        ok = image_fail(error, d->path, "cannot rename: %s", strerror(errno));
     if (ok)
         d->temporary[0] = 0;
     dump_discard(d);

@@ -21,8 +21,7 @@
 
 /* ---- helpers ---------------------------------------------------------------------------------------------------- */
 
-/* Names come out of files nobody vouches for: the message stays one printable line. */
-static int fail(image_error *error, const char *path, const char *format, ...) {
+int image_fail(image_error *error, const char *path, const char *format, ...) {
     va_list args;
     va_start(args, format);
     int n = snprintf(error->text, sizeof error->text, "%s: ", path);
@@ -73,7 +72,7 @@ void image_free(image *img) {
 
 static int create_for(const char *path, image *out, int width, int height, int channels, image_error *error) {
     image_error inner;
-    return image_create(out, width, height, channels, &inner) ? 1 : fail(error, path, "%s", inner.text);
+    return image_create(out, width, height, channels, &inner) ? 1 : image_fail(error, path, "%s", inner.text);
 }
 
 static int ends_with(const char *text, size_t length, const char *ending) {
@@ -146,14 +145,14 @@ static int pfm_read_file(FILE *file, const char *path, image *out, image_error *
     char magic[8];
     double width, height, scale;
     if (!pfm_word(file, magic, sizeof magic) || (strcmp(magic, "Pf") != 0 && strcmp(magic, "PF") != 0))
-        return fail(error, path, "not a PFM file (it must begin with Pf or PF)");
+        return image_fail(error, path, "not a PFM file (it must begin with Pf or PF)");
     if (!pfm_number(file, &width) || !pfm_number(file, &height) || !pfm_number(file, &scale))
-        return fail(error, path, "corrupt PFM header (width, height and scale must be numbers)");
+        return image_fail(error, path, "corrupt PFM header (width, height and scale must be numbers)");
     if (!(width >= 1.0 && width <= IMAGE_MAX_SIZE && height >= 1.0 && height <= IMAGE_MAX_SIZE) ||
         width != floor(width) || height != floor(height))
-        return fail(error, path, "%.9g x %.9g: width and height must be 1..%d", width, height, IMAGE_MAX_SIZE);
+        return image_fail(error, path, "%.9g x %.9g: width and height must be 1..%d", width, height, IMAGE_MAX_SIZE);
     if (!(fabs(scale) > 0.0))
-        return fail(error, path, "corrupt PFM header (scale 0 leaves the byte order open)");
+        return image_fail(error, path, "corrupt PFM header (scale 0 leaves the byte order open)");
 
     int channels = magic[1] == 'F' ? 3 : 1;
     size_t row = (size_t)width * (size_t)channels;
@@ -164,7 +163,7 @@ static int pfm_read_file(FILE *file, const char *path, image *out, image_error *
     if (position >= 0 && fstat(fileno(file), &info) == 0 && S_ISREG(info.st_mode)) {
         double need = (double)row * height * 4.0 + (double)position;
         if ((double)info.st_size < need)
-            return fail(error, path, "truncated: %.0f bytes, %.0f expected", (double)info.st_size, need);
+            return image_fail(error, path, "truncated: %.0f bytes, %.0f expected", (double)info.st_size, need);
     }
     if (!create_for(path, out, (int)width, (int)height, channels, error))
         return 0;
@@ -178,7 +177,7 @@ static int pfm_read_file(FILE *file, const char *path, image *out, image_error *
         float *line = out->data + (size_t)y * row;
         if (fread(line, 4, row, file) != row) {
             image_free(out);
-            return fail(error, path, "truncated");
+            return image_fail(error, path, "truncated");
         }
         for (size_t i = 0; swap && i < row; ++i) {
             uint32_t v;
@@ -193,7 +192,7 @@ static int pfm_read_file(FILE *file, const char *path, image *out, image_error *
 static int pfm_read(const char *path, image *out, image_error *error) {
     FILE *file = fopen(path, "rb");
     if (!file)
-        return fail(error, path, "%s", strerror(errno));
+        return image_fail(error, path, "%s", strerror(errno));
     int ok = pfm_read_file(file, path, out, error);
     fclose(file);
     return ok;
@@ -239,13 +238,13 @@ static void exr_silent(exr_const_context_t context, exr_result_t code, const cha
 static int exr_fail(image_error *error, const char *path, exr_result_t code) {
     switch (code) {
     case EXR_ERR_OUT_OF_MEMORY:
-        return fail(error, path, "not enough memory");
+        return image_fail(error, path, "not enough memory");
     case EXR_ERR_FILE_BAD_HEADER:
-        return fail(error, path, "not an EXR file, or its header is corrupt");
+        return image_fail(error, path, "not an EXR file, or its header is corrupt");
     case EXR_ERR_INVALID_ATTR:
-        return fail(error, path, "corrupt EXR header, or width and height not 1..%d", IMAGE_MAX_SIZE);
+        return image_fail(error, path, "corrupt EXR header, or width and height not 1..%d", IMAGE_MAX_SIZE);
     default:
-        return fail(error, path, "corrupt or truncated EXR file (%s)", exr_get_default_error_message(code));
+        return image_fail(error, path, "corrupt or truncated EXR file (%s)", exr_get_default_error_message(code));
     }
 }
 
@@ -262,15 +261,15 @@ static int exr_open(const char *path, exr_file *file, image_error *error) {
 
     FILE *probe = fopen(path, "rb"); /* for the system's own words on why not */
     if (!probe)
-        return fail(error, path, "%s", strerror(errno));
+        return image_fail(error, path, "%s", strerror(errno));
     unsigned char magic[4];
     size_t got = fread(magic, 1, 4, probe);
     int read_errno = ferror(probe) ? errno : 0;
     fclose(probe);
     if (read_errno)
-        return fail(error, path, "%s", strerror(read_errno));
+        return image_fail(error, path, "%s", strerror(read_errno));
     if (got != 4 || memcmp(magic, "\x76\x2f\x31\x01", 4) != 0)
-        return fail(error, path, "not an EXR file");
+        return image_fail(error, path, "not an EXR file");
 
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
     init.error_handler_fn = exr_silent;
@@ -290,7 +289,7 @@ static int exr_open(const char *path, exr_file *file, image_error *error) {
             file->channels = calloc((size_t)total, sizeof *file->channels);
             if (!file->channels) {
                 exr_close(file);
-                return fail(error, path, "not enough memory");
+                return image_fail(error, path, "not enough memory");
             }
         }
         for (int part = 0; part < parts; ++part) {
@@ -321,7 +320,7 @@ static int exr_open(const char *path, exr_file *file, image_error *error) {
     if (file->count == 0) {
         int deep = file->deep;
         exr_close(file);
-        return fail(error, path, deep ? "only deep pixels, which are not supported" : "no channels");
+        return image_fail(error, path, deep ? "only deep pixels, which are not supported" : "no channels");
     }
     return 1;
 }
@@ -431,10 +430,10 @@ static int find_depth(const exr_file *file, image_error *error) {
     if (best_rank && !tied)
         return best;
     if (tied) {
-        fail(error, file->path, "more than one depth channel, choose with FILE:CHANNEL among %s", names);
+        image_fail(error, file->path, "more than one depth channel, choose with FILE:CHANNEL among %s", names);
     } else {
         list_channels(file, names, sizeof names);
-        fail(error, file->path, "no depth channel found, choose with FILE:CHANNEL among %s", names);
+        image_fail(error, file->path, "no depth channel found, choose with FILE:CHANNEL among %s", names);
     }
     return -1;
 }
@@ -468,12 +467,12 @@ static int find_channel(const exr_file *file, const char *wanted, image_error *e
         if (found >= 0 && !several)
             return found;
         if (several) {
-            fail(error, file->path, "%s is more than one channel: %s", wanted, names);
+            image_fail(error, file->path, "%s is more than one channel: %s", wanted, names);
             return -1;
         }
     }
     list_channels(file, names, sizeof names);
-    fail(error, file->path, "no channel %s, there are %s", wanted, names);
+    image_fail(error, file->path, "no channel %s, there are %s", wanted, names);
     return -1;
 }
 
@@ -559,15 +558,17 @@ static int find_normals(const exr_file *file, const char *wanted, int triple[3],
     if (best_rank && !tied)
         return 1;
     if (tied)
-        return fail(error, file->path, "more than one layer of normals, choose with FILE:LAYER among %s", matching);
+        return image_fail(error, file->path, "more than one layer of normals, choose with FILE:LAYER among %s",
+                          matching);
     if (wanted)
-        return fail(error, file->path, "no layer %s with channels X, Y, Z or R, G, B; there are %s", wanted,
-                    all[0] ? all : "none");
+        return image_fail(error, file->path, "no layer %s with channels X, Y, Z or R, G, B; there are %s", wanted,
+                          all[0] ? all : "none");
     if (count == 1 && layer_length(file->channels[only[0]].name) == 0) {
         memcpy(triple, only, sizeof only); /* a file that holds nothing else */
         return 1;
     }
-    return fail(error, file->path, "no layer of normals found, choose with FILE:LAYER among %s", all[0] ? all : "none");
+    return image_fail(error, file->path, "no layer of normals found, choose with FILE:LAYER among %s",
+                      all[0] ? all : "none");
 }
 
 /* ---- EXR: pixels -------------------------------------------------------------------------------------------------- */
@@ -703,8 +704,8 @@ static int exr_window(const exr_file *file, int part, exr_attr_box2i_t *data, ex
         return exr_fail(error, file->path, result);
     int64_t w = (int64_t)data->max.x - data->min.x + 1, h = (int64_t)data->max.y - data->min.y + 1;
     if (w < 1 || h < 1 || w > IMAGE_MAX_SIZE || h > IMAGE_MAX_SIZE)
-        return fail(error, file->path, "%lld x %lld: width and height must be 1..%d", (long long)w, (long long)h,
-                    IMAGE_MAX_SIZE);
+        return image_fail(error, file->path, "%lld x %lld: width and height must be 1..%d", (long long)w, (long long)h,
+                          IMAGE_MAX_SIZE);
     return 1;
 }
 
@@ -713,18 +714,18 @@ static int exr_read_indices(const exr_file *file, const int *index, int count, i
     exr_attr_box2i_t data, display;
     const char *names[8];
     if (count > 8)
-        return fail(error, file->path, "more than 8 channels asked for");
+        return image_fail(error, file->path, "more than 8 channels asked for");
     if (!exr_window(file, file->channels[index[0]].part, &data, &display, error))
         return 0;
     for (int i = 0; i < count; ++i) {
         const exr_channel *c = file->channels + index[i];
         exr_attr_box2i_t other, ignored;
         if (!c->usable)
-            return fail(error, file->path, "channel %s is subsampled, which is not supported", c->name);
+            return image_fail(error, file->path, "channel %s is subsampled, which is not supported", c->name);
         if (!exr_window(file, c->part, &other, &ignored, error))
             return 0;
         if (memcmp(&other, &data, sizeof data) != 0)
-            return fail(error, file->path, "channel %s has another size", c->name);
+            return image_fail(error, file->path, "channel %s has another size", c->name);
     }
     if (!create_for(file->path, out, data.max.x - data.min.x + 1, data.max.y - data.min.y + 1, count, error))
         return 0;
@@ -805,9 +806,9 @@ static int exr_stream_begin(image_stream *s, int channels, image *size, image_er
     for (int i = 0; i < channels; ++i) {
         const exr_channel *c = s->file.channels + s->index[i];
         if (!c->usable)
-            return fail(error, s->path, "channel %s is subsampled, which is not supported", c->name);
+            return image_fail(error, s->path, "channel %s is subsampled, which is not supported", c->name);
         if (c->part != part)
-            return fail(error, s->path, "channels in several parts, which is not supported here");
+            return image_fail(error, s->path, "channels in several parts, which is not supported here");
         s->names[i] = c->name;
     }
     if (!exr_window(&s->file, part, &data, &display, error))
@@ -846,9 +847,9 @@ image_stream *image_stream_open(const char *spec, int channels, image *size, ima
     if (s)
         s->path = copy_string(spec, length);
     if (!s || !s->path) {
-        fail(error, spec, "not enough memory");
+        image_fail(error, spec, "not enough memory");
     } else if (selection && !selection[0]) {
-        fail(error, s->path, "nothing after the colon");
+        image_fail(error, s->path, "nothing after the colon");
     } else if (exr_open(s->path, &s->file, error)) {
         if (channels == 1)
             ok =
@@ -903,7 +904,7 @@ static int pfm_component(const image *img, const char *name) {
 }
 
 static int bad_ending(const char *path, image_error *error) {
-    return fail(error, path, "unknown format, the name must end in .exr or .pfm");
+    return image_fail(error, path, "unknown format, the name must end in .exr or .pfm");
 }
 
 typedef enum read_what { READ_DEPTH, READ_NORMALS } read_what;
@@ -915,24 +916,24 @@ static int read_spec(const char *spec, read_what what, image *out, image_error *
     split_spec(spec, &length, &selection);
     char *path = copy_string(spec, length);
     if (!path)
-        return fail(error, spec, "not enough memory");
+        return image_fail(error, spec, "not enough memory");
     int ok = 0;
     if (selection && !selection[0]) {
-        fail(error, path, "nothing after the colon");
+        image_fail(error, path, "nothing after the colon");
     } else if (image_format_of(path) == IMAGE_PFM) {
         ok = pfm_read(path, out, error);
         int component = 0;
         if (ok && what == READ_DEPTH) {
             if (selection && (component = pfm_component(out, selection)) < 0)
-                ok = fail(error, path, "no channel %s in a PFM with %d channel(s)", selection, out->channels);
+                ok = image_fail(error, path, "no channel %s in a PFM with %d channel(s)", selection, out->channels);
             else if (!selection && out->channels != 1)
-                ok = fail(error, path, "3 channels (PF), depth is one (Pf)");
+                ok = image_fail(error, path, "3 channels (PF), depth is one (Pf)");
             else
                 keep_components(out, &component, 1);
         } else if (ok && selection) {
-            ok = fail(error, path, "no layer %s in a PFM", selection);
+            ok = image_fail(error, path, "no layer %s in a PFM", selection);
         } else if (ok && out->channels != 3) {
-            ok = fail(error, path, "one channel (Pf), normals are three (PF)");
+            ok = image_fail(error, path, "one channel (Pf), normals are three (PF)");
         }
         if (!ok)
             image_free(out);
@@ -968,15 +969,15 @@ int image_read_channels(const char *path, const char *const *names, int count, i
     int index[8], ok = count >= 1 && count <= 8;
     memset(out, 0, sizeof *out);
     if (!ok)
-        return fail(error, path, "1 to 8 channels can be read at once");
+        return image_fail(error, path, "1 to 8 channels can be read at once");
     if (image_format_of(path) == IMAGE_PFM) {
         if (!pfm_read(path, out, error))
             return 0;
         for (int i = 0; ok && i < count; ++i)
             if ((index[i] = pfm_component(out, names[i])) < 0 || count > 4)
-                ok = fail(error, path, "no channel %s in a PFM with %d channel(s)", names[i], out->channels);
+                ok = image_fail(error, path, "no channel %s in a PFM with %d channel(s)", names[i], out->channels);
         if (ok && count > out->channels)
-            ok = fail(error, path, "%d channels asked for, %d there", count, out->channels);
+            ok = image_fail(error, path, "%d channels asked for, %d there", count, out->channels);
         if (ok)
             keep_components(out, index, count);
         else
@@ -1020,7 +1021,7 @@ char **image_list_channels(const char *path, int *count, image_error *error) {
         *count = names[i] ? i + 1 : *count;
     }
     if (!names || *count < file.count)
-        fail(error, path, "not enough memory");
+        image_fail(error, path, "not enough memory");
     exr_close(&file);
     return names;
 }
@@ -1056,7 +1057,7 @@ static int write_exr(const char *temporary, const char *path, const image *like,
 
     exr_result_t result = exr_start_write(&context, temporary, EXR_WRITE_FILE_DIRECTLY, &init);
     if (result != EXR_ERR_SUCCESS)
-        return fail(error, path, "cannot write (%s)", exr_get_default_error_message(result));
+        return image_fail(error, path, "cannot write (%s)", exr_get_default_error_message(result));
     result = exr_add_part(context, "image", EXR_STORAGE_SCANLINE, &part);
     if (result == EXR_ERR_SUCCESS)
         result = exr_initialize_required_attr(context, part, &display, &data, 1.0f, &center, 1.0f,
@@ -1094,8 +1095,9 @@ static int write_exr(const char *temporary, const char *path, const image *like,
     exr_encoding_destroy(context, &pipeline);
     exr_result_t closed = exr_finish(&context);
     result = result == EXR_ERR_SUCCESS ? closed : result;
-    return result == EXR_ERR_SUCCESS ? 1
-                                     : fail(error, path, "cannot write (%s)", exr_get_default_error_message(result));
+    return result == EXR_ERR_SUCCESS
+               ? 1
+               : image_fail(error, path, "cannot write (%s)", exr_get_default_error_message(result));
 }
 
 static int write_pfm(FILE *file, const image *img) {
@@ -1150,7 +1152,7 @@ FILE *image_open_pending(const char *path, image_pending *pending, image_error *
     }
     FILE *file = descriptor >= 0 ? fdopen(descriptor, "wb") : NULL;
     if (!file) {
-        fail(error, path, "cannot write: %s", strerror(errno));
+        image_fail(error, path, "cannot write: %s", strerror(errno));
         if (descriptor >= 0) {
             close(descriptor);
             unlink(pending->temporary);
@@ -1167,7 +1169,7 @@ int image_close_pending(FILE *file, int ok, const char *path, image_pending *pen
     ok = ok && !ferror(file);
     ok = fclose(file) == 0 && ok;
     if (!ok) {
-        fail(error, path, "cannot write: %s", errno ? strerror(errno) : "not enough memory");
+        image_fail(error, path, "cannot write: %s", errno ? strerror(errno) : "not enough memory");
         image_discard(pending);
     }
     return ok;
@@ -1178,11 +1180,11 @@ int image_write(const char *path, const image *img, const char *const *names, im
     image_format format = image_format_of(path);
     memset(pending, 0, sizeof *pending);
     if (format == IMAGE_UNKNOWN)
-        return fail(error, path, "unknown format, the name must end in .exr, .pfm or .png");
+        return image_fail(error, path, "unknown format, the name must end in .exr, .pfm or .png");
     if (format != IMAGE_EXR && img->channels != 1 && img->channels != 3)
-        return fail(error, path, "%d channels do not fit this format", img->channels);
+        return image_fail(error, path, "%d channels do not fit this format", img->channels);
     if (format == IMAGE_PNG && (int64_t)img->width * img->height > INT32_MAX / 4)
-        return fail(error, path, "too large for a PNG, use .exr or .pfm");
+        return image_fail(error, path, "too large for a PNG, use .exr or .pfm");
     FILE *file = image_open_pending(path, pending, error);
     if (!file)
         return 0;
@@ -1198,7 +1200,7 @@ int image_write(const char *path, const image *img, const char *const *names, im
         }
         if (img->channels <= IMAGE_MAX_PLANES
                 ? write_exr(pending->temporary, path, img, planes, img->channels, EXR_COMPRESSION_ZIP, error)
-                : fail(error, path, "more than %d channels", IMAGE_MAX_PLANES))
+                : image_fail(error, path, "more than %d channels", IMAGE_MAX_PLANES))
             return 1;
         image_discard(pending);
         return 0;
@@ -1235,7 +1237,7 @@ int image_write_bytes(const char *path, const void *bytes, size_t size, image_pe
 int image_commit(image_pending *pending, image_error *error) {
     int ok = pending->temporary && rename(pending->temporary, pending->path) == 0;
     if (!ok)
-        fail(error, pending->path ? pending->path : "(nothing)", "cannot write: %s", strerror(errno));
+        image_fail(error, pending->path ? pending->path : "(nothing)", "cannot write: %s", strerror(errno));
     else {
         free(pending->temporary); /* nothing left to remove */
         pending->temporary = NULL;

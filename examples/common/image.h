@@ -15,6 +15,9 @@ typedef struct image_error {
     char text[512];
 } image_error;
 
+/* "PATH: what" as one printable line, whatever the names from files hold; returns 0. */
+int image_fail(image_error *error, const char *path, const char *format, ...);
+
 typedef struct image {
     int width, height;
     int channels; /* interleaved floats per pixel */

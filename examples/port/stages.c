@@ -3,7 +3,6 @@
 
 #include "settings.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,16 +11,6 @@
 
 enum { MOST_AT_ONCE = 8 }; /* channels that image_read_channels takes */
 enum { PATH_SIZE = 4096, MAX_SHADERS = 16, MAX_POOL = 48, MAX_NAMES = 4 * 64, NAME_SIZE = 24 };
-
-static int fail(image_error *error, const char *path, const char *format, ...) {
-    char text[300];
-    va_list args;
-    va_start(args, format);
-    vsnprintf(text, sizeof text, format, args);
-    va_end(args);
-    snprintf(error->text, sizeof error->text, "%.200s: %s", path, text);
-    return 0;
-}
 
 /* ---- shaders ----------------------------------------------------------------------------------------------------- */
 
@@ -39,7 +28,7 @@ shaders *shaders_open(gpu *g, const char *compiled, const char *sources, const c
     const char *base = getenv("TMPDIR");
     if (!s || strlen(compiled) + 64 > PATH_SIZE || strlen(sources) + 64 > PATH_SIZE ||
         strlen(defines) >= sizeof s->defines) {
-        fail(error, compiled, s ? "name too long" : "not enough memory");
+        image_fail(error, compiled, s ? "name too long" : "not enough memory");
         free(s);
         return NULL;
     }
@@ -51,7 +40,7 @@ shaders *shaders_open(gpu *g, const char *compiled, const char *sources, const c
         snprintf(s->compiled, sizeof s->compiled, "%.4000s/gtao-shaders-XXXXXX", base && base[0] ? base : "/tmp");
         s->own = mkdtemp(s->compiled) != NULL;
         if (!s->own) {
-            fail(error, s->compiled, "cannot be created");
+            image_fail(error, s->compiled, "cannot be created");
             free(s);
             return NULL;
         }
@@ -101,10 +90,10 @@ static int compile(const shaders *s, const char *name, image_error *error) {
         _exit(127);
     }
     if (child < 0 || waitpid(child, &status, 0) < 0 || !WIFEXITED(status))
-        return fail(error, source, "cannot be compiled");
+        return image_fail(error, source, "cannot be compiled");
     if (WEXITSTATUS(status) == 127)
-        return fail(error, source, "needs glslangValidator, which is not installed");
-    return WEXITSTATUS(status) == 0 || fail(error, source, "does not compile");
+        return image_fail(error, source, "needs glslangValidator, which is not installed");
+    return WEXITSTATUS(status) == 0 || image_fail(error, source, "does not compile");
 }
 
 static gpu_shader *shader_of(shaders *s, const char *name, image_error *error) {
@@ -161,7 +150,7 @@ static int read_settings(frame *f, image_error *error) {
     char *json = settings_read(path);
     int room = 0, ok = json != NULL;
     if (!json)
-        return fail(error, path, "cannot be read");
+        return image_fail(error, path, "cannot be read");
     for (const char *at = json; ok && *at;) {
         size_t line = strcspn(at, "\n"), indent = strspn(at, " {"), length = 0, value = 0;
         if (indent < line && at[indent] == '"') {
@@ -192,7 +181,7 @@ static int read_settings(frame *f, image_error *error) {
         at += line + (at[line] == '\n');
     }
     free(json);
-    return ok ? 1 : fail(error, path, "not enough memory");
+    return ok ? 1 : image_fail(error, path, "not enough memory");
 }
 
 static const setting *find(const frame *f, const char *key) {
@@ -300,12 +289,12 @@ static planes *create(frame *f, planes *pool, int *count, const char *name, int 
     gpu_error why;
     planes *p = pool + *count;
     if (*count == MAX_POOL) {
-        fail(error, name, "too many buffers");
+        image_fail(error, name, "too many buffers");
         return NULL;
     }
     p->buffer = gpu_buffer_create(f->g, (size_t)width * (size_t)height * (size_t)number, &why);
     if (!p->buffer) {
-        fail(error, name, "%s", why.text);
+        image_fail(error, name, "%s", why.text);
         return NULL;
     }
     snprintf(p->name, sizeof p->name, "%s", name);
@@ -399,7 +388,7 @@ frame *frame_open(gpu *g, const char *directory, image_error *error) {
     frame *f = calloc(1, sizeof *f);
     gpu_error why;
     if (!f || strlen(directory) + 64 > PATH_SIZE) {
-        fail(error, directory, f ? "name too long" : "not enough memory");
+        image_fail(error, directory, f ? "name too long" : "not enough memory");
         free(f);
         return NULL;
     }
@@ -418,10 +407,10 @@ frame *frame_open(gpu *g, const char *directory, image_error *error) {
         ok = f->width > 0 && f->height > 0 && f->full_width > 0 && f->full_height > 0 && f->slices > 0 &&
              f->slices <= 64 && f->layers > 0 && f->layers <= 9;
         if (!ok || integer(f, "dump", 0) != 1)
-            ok = fail(error, directory, "not a dump, or one of another version");
+            ok = image_fail(error, directory, "not a dump, or one of another version");
     }
     if (ok && !(f->nothing = gpu_buffer_create(g, 1, &why)))
-        ok = fail(error, directory, "%s", why.text);
+        ok = image_fail(error, directory, "%s", why.text);
     if (ok)
         return f;
     frame_close(f);
@@ -581,7 +570,7 @@ static int run_stage(const run *r, const call *c) {
     if (!ok)
         return 0;
     set_constants(r, c, shader);
-    return gpu_run(f->g, shader, buffers, width, height, &why) || fail(r->error, c->shader, "%s", why.text);
+    return gpu_run(f->g, shader, buffers, width, height, &why) || image_fail(r->error, c->shader, "%s", why.text);
 }
 
 /* Backs of a thickness map, given backs and further layers are not in the dump's input: they are taken as they are. */
@@ -640,7 +629,7 @@ static int write_file(frame *f, dump *d, const char *file, image_error *error) {
     int count = 0, width = 0, height = 0;
     char *kept = malloc(sizeof names);
     if (!kept)
-        return fail(error, file, "not enough memory");
+        return image_fail(error, file, "not enough memory");
     for (int i = 0; i < PLACES; ++i) {
         if (strcmp(places[i].file, file) != 0)
             continue;

@@ -16,14 +16,6 @@ static int halves = 1;    /* half precision can */
 
 enum { CROP_W = 200, CROP_H = 120 };
 
-static void save(const char *name, const image *img, const char *const *names) {
-    image_pending pending;
-    image_error error;
-    if (!image_write(in_directory(name), img, names, IMAGE_RANGE_UNIT, &pending, &error) ||
-        !image_commit(&pending, &error))
-        fail_msg("%s", error.text);
-}
-
 static const char *const names_z[] = {"Z"}, *const names_n[] = {"N.X", "N.Y", "N.Z"};
 
 /* Pixels from (x0, y0) on of an image in memory, which is freed. */
@@ -35,7 +27,7 @@ static void crop(image *img, int x0, int y0, const char *name) {
     for (size_t y = 0; y < CROP_H; ++y)
         memcpy(part.data + y * CROP_W * c, img->data + (((size_t)y0 + y) * (size_t)img->width + (size_t)x0) * c,
                CROP_W * c * sizeof(float));
-    save(name, &part, c == 3 ? names_n : names_z);
+    save_image(name, &part, c == 3 ? names_n : names_z);
     image_free(&part);
     image_free(img);
 }
@@ -66,23 +58,23 @@ static void write_analytic(void) {
             z = 1e10f;
         img.data[i] = z * sqrtf(rr);
     }
-    save("ball.exr", &img, names_z);
+    save_image("ball.exr", &img, names_z);
     for (int i = 0; i < 101 * 67; ++i)
         img.data[i] += i % 101 < 50 ? 0.2f : 0.7f;
-    save("back.exr", &img, names_z);
+    save_image("back.exr", &img, names_z);
     for (int i = 0; i < 2 * 101 * 67; ++i) {
         img.data[i % (101 * 67)] = i % 7 < 3 ? (i < 101 * 67 ? 3.4f : 3.5f) : 1e10f;
         if (i == 101 * 67 - 1)
-            save("fence.exr", &img, names_z);
+            save_image("fence.exr", &img, names_z);
     }
-    save("fence.back.exr", &img, names_z);
+    save_image("fence.back.exr", &img, names_z);
     for (int i = 0; i < 101 * 67; ++i) {
         float x = (float)(i % 101), y = (float)(i / 101), dx = x - 60.0f, dy = y - 30.0f, r = sqrtf(dx * dx + dy * dy);
         float h = fabsf(fmodf(0.31f * x + 0.12f * y, 8.0f) - 4.0f);
         h = r < 16.0f ? -9.0f : h;
         img.data[i] = r < 3.0f ? 7.0f : h;
     }
-    save("pit.exr", &img, names_z);
+    save_image("pit.exr", &img, names_z);
     image_free(&img);
 }
 

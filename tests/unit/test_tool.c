@@ -15,14 +15,6 @@ enum { WIDTH = 37, HEIGHT = 29, PIXELS = WIDTH * HEIGHT };
 static const float focal_px = 40.0f;
 static image depth, normals; /* the input, normals in the library's axes */
 
-static void save(const char *name, const image *img, const char *const *names) {
-    image_pending pending;
-    image_error error;
-    if (!image_write(in_directory(name), img, names, IMAGE_RANGE_UNIT, &pending, &error) ||
-        !image_commit(&pending, &error))
-        fail_msg("%s", error.text);
-}
-
 /* A tilted floor, a ball in front of it, and a corner of sky. */
 static int setup(void **state) {
     static const char *const names_z[] = {"Z"}, *const names_n[] = {"N.X", "N.Y", "N.Z"};
@@ -50,10 +42,10 @@ static int setup(void **state) {
             n[2] = -0.6f;
         }
     }
-    save("z.exr", &depth, names_z);
-    save("z.pfm", &depth, names_z);
-    save("n.exr", &normals, names_n);
-    save("n.pfm", &normals, names_n);
+    save_image("z.exr", &depth, names_z);
+    save_image("z.pfm", &depth, names_z);
+    save_image("n.exr", &normals, names_n);
+    save_image("n.pfm", &normals, names_n);
     return 0;
 }
 
@@ -188,7 +180,7 @@ static void test_depth_kinds(void **state) {
     assert_true(image_create(&d, WIDTH, HEIGHT, 1, &error));
     for (int i = 0; i < PIXELS; ++i)
         d.data[i] = 1.0f - 0.1f / depth.data[i]; /* 1/z = -10 d + 10 */
-    save("d.pfm", &d, name);
+    save_image("d.pfm", &d, name);
     describe(&desc);
     desc.depth = d.data;
     desc.depth_kind = GTAO_DEPTH_DEVICE;
@@ -373,7 +365,7 @@ static void test_axes(void **state) {
         for (int i = 0; i < PIXELS; ++i)
             for (int k = 0; k < 3; ++k)
                 n.data[3 * i + k] = cases[c].sign[k] * normals.data[3 * i + cases[c].axis[k]];
-        save("m.exr", &n, names);
+        save_image("m.exr", &n, names);
         image_free(&n);
         snprintf(command, sizeof command, "--depth @/z.exr --normal @/m.exr --focal 40 %s -o @/v.exr",
                  cases[c].options);
@@ -394,7 +386,7 @@ static void test_data_window(void **state) {
     part.origin_y = -4;
     part.display_width = 80;
     part.display_height = 60;
-    save("part.exr", &part, name);
+    save_image("part.exr", &part, name);
     run_well("--depth @/z.exr --focal 40 --center 29,34 -o @/v.exr");
     load("v.exr", 1, &v);
     run_well("--depth @/part.exr --focal 40 -o @/p.exr");
@@ -477,7 +469,7 @@ static void test_occluders_with_thickness(void **state) {
         assert_true(image_create(&behind[k], WIDTH, HEIGHT, 1, &error));
         for (int i = 0; i < PIXELS; ++i)
             behind[k].data[i] = k == 0 ? 0.01f * (float)(i % 30) : depth.data[i] + 0.15f * (float)k;
-        save(names[k], &behind[k], names_z);
+        save_image(names[k], &behind[k], names_z);
     }
     describe(&desc);
     desc.thickness = 0.2f;
@@ -704,9 +696,9 @@ static void test_frames(void **state) {
     char name[32], text[256] = "# world to view\n";
     for (int k = 0; k < FRAMES; ++k) {
         snprintf(name, sizeof name, "z.%03d.exr", 7 + k);
-        save(name, &depth, names_z);
+        save_image(name, &depth, names_z);
         snprintf(name, sizeof name, "n.%03d.exr", 7 + k);
-        save(name, &normals, names_n);
+        save_image(name, &normals, names_n);
         snprintf(text + strlen(text), sizeof text - strlen(text), "1 0 0 %g  0 1 0 0  0 0 1 0\n", -0.125 * k);
     }
     write_text("camera.txt", text);

@@ -19,6 +19,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "examples/common/image.h"
+
 enum { TOOL_MOST_WORDS = 64 };
 
 static const char *tool;                                   /* run() runs build/TOOL */
@@ -210,6 +212,15 @@ static inline void run_badly(const char *arguments, const char *culprit) {
         fail_msg("%s %s: does not name %s: %s", tool, arguments, culprit, message);
     if (names_in_directory() != before)
         fail_msg("%s %s: wrote or removed a file", tool, arguments);
+}
+
+/* An image into the test's directory. */
+static inline void save_image(const char *name, const image *img, const char *const *names) {
+    image_pending pending;
+    image_error error;
+    if (!image_write(in_directory(name), img, names, IMAGE_RANGE_UNIT, &pending, &error) ||
+        !image_commit(&pending, &error))
+        fail_msg("%s", error.text);
 }
 
 #endif
