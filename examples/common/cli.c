@@ -334,6 +334,15 @@ static const cli_option *find_option(const char *name, size_t length) {
     return NULL;
 }
 
+/* An option where a value should be: a dash, and no number or axes. "-" alone is a name, and so is --option=-anything. */
+static int is_option(const cli_option *o, const char *value) {
+    char *end;
+    if (value[0] != '-' || !value[1] || (o->kind == CLI_KIND_AXES && strchr("xyz", value[1])))
+        return 0;
+    (void)strtod(value, &end);
+    return end == value;
+}
+
 int cli_parse(const cli_program *p, int argc, char **argv, void *settings, unsigned char *given) {
     program = *p;
     for (int i = 1; i < argc; ++i)
@@ -350,8 +359,10 @@ int cli_parse(const cli_program *p, int argc, char **argv, void *settings, unsig
             ok = cli_error("%s: unknown option, see --help", name);
         } else if (name[0] == '-' && o->value) {
             value = equals ? equals + 1 : i + 1 < argc ? argv[++i] : NULL;
-            if (!value || !value[0] || (!equals && strncmp(value, "--", 2) == 0))
+            if (!value || !value[0])
                 ok = cli_error("%s: needs a value, %s", o->name, o->value);
+            else if (!equals && is_option(o, value))
+                ok = cli_error("%s: needs a value, got option %s", o->name, value);
         } else if (equals) {
             ok = cli_error("%s: takes no value", o->name);
         }

@@ -150,6 +150,10 @@ static void values_arrive(void **state) {
     assert_true(o.axes.sign[0] == -1.0f && o.axes.sign[1] == 1.0f && o.axes.sign[2] == -1.0f);
     assert_true(o.listed == 2 && o.list[0] == 2 && o.list[1] == 0);
     assert_true(o.numbers[1] == 5.0f && o.numbers[2] == 0.0f); /* the last one counts, and all of it */
+    parse_well("--numbers -.5,-1e3 --report=-o --text -");
+    assert_true(o.numbers[0] == -0.5f && o.numbers[1] == -1000.0f);
+    assert_string_equal(o.report, "-o");
+    assert_string_equal(o.text, "-");
     parse_well("--size 4,5 --memory 2T --isa auto --positive 1e-45");
     assert_true(o.size[1] == 5 && o.memory == 2199023255552.0 && o.isa == GTAO_ISA_AUTO && o.positive > 0.0f);
 }
@@ -161,7 +165,13 @@ static void bad_values_are_named(void **state) {
         {"-x", "-x: unknown option, see --help"},
         {"--text", "--text: needs a value, TEXT"},
         {"--text=", "--text: needs a value, TEXT"},
-        {"--text --flag", "--text: needs a value, TEXT"},
+        {"--text --flag", "--text: needs a value, got option --flag"},
+        {"--report -o a.exr", "--report: needs a value, got option -o"},
+        {"-o -x.exr", "-o: needs a value, got option -x.exr"},
+        {"--integer -o", "--integer: needs a value, got option -o"},
+        {"--numbers --double 1", "--numbers: needs a value, got option --double"},
+        {"--axes -o", "--axes: needs a value, got option -o"},
+        {"--numbers -inf,1", "--numbers -inf,1: must be 2 or 3"},
         {"--flag=1", "--flag: takes no value"},
         {"here there", "there: there is a place already, here"},
         {"--choice Red", "--choice Red: must be red|green|blue"},
