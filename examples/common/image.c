@@ -34,15 +34,6 @@ int image_fail(image_error *error, const char *path, const char *format, ...) {
     return 0;
 }
 
-static char *copy_string(const char *text, size_t length) {
-    char *copy = malloc(length + 1);
-    if (copy) {
-        memcpy(copy, text, length);
-        copy[length] = 0;
-    }
-    return copy;
-}
-
 int image_create(image *out, int width, int height, int channels, image_error *error) {
     memset(out, 0, sizeof *out);
     if (width < 1 || height < 1 || width > IMAGE_MAX_SIZE || height > IMAGE_MAX_SIZE || channels < 1) {
@@ -141,37 +132,46 @@ static int pfm_number(FILE *file, double *value) {
     return *end == 0 && isfinite(*value);
 }
 
-static int pfm_read_file(FILE *file, const char *path, image *out, image_error *error) {
+int image_pfm_header(FILE *file, const char *path, int most, image_pfm *header, image_error *error) {
     char magic[8];
     double width, height, scale;
     if (!pfm_word(file, magic, sizeof magic) || (strcmp(magic, "Pf") != 0 && strcmp(magic, "PF") != 0))
         return image_fail(error, path, "not a PFM file (it must begin with Pf or PF)");
     if (!pfm_number(file, &width) || !pfm_number(file, &height) || !pfm_number(file, &scale))
         return image_fail(error, path, "corrupt PFM header (width, height and scale must be numbers)");
-    if (!(width >= 1.0 && width <= IMAGE_MAX_SIZE && height >= 1.0 && height <= IMAGE_MAX_SIZE) ||
-        width != floor(width) || height != floor(height))
-        return image_fail(error, path, "%.9g x %.9g: width and height must be 1..%d", width, height, IMAGE_MAX_SIZE);
+    if (!(width >= 1.0 && width <= most && height >= 1.0 && height <= most) || width != floor(width) ||
+        height != floor(height))
+        return image_fail(error, path, "%.9g x %.9g: width and height must be 1..%d", width, height, most);
     if (!(fabs(scale) > 0.0))
         return image_fail(error, path, "corrupt PFM header (scale 0 leaves the byte order open)");
+    header->width = (int)width;
+    header->height = (int)height;
+    header->channels = magic[1] == 'F' ? 3 : 1;
+    header->little = scale < 0.0;
+    return 1;
+}
 
-    int channels = magic[1] == 'F' ? 3 : 1;
-    size_t row = (size_t)width * (size_t)channels;
+static int pfm_read_file(FILE *file, const char *path, image *out, image_error *error) {
+    image_pfm header;
+    if (!image_pfm_header(file, path, IMAGE_MAX_SIZE, &header, error))
+        return 0;
+    size_t row = (size_t)header.width * (size_t)header.channels;
 
     /* Believe the header's size only if the file is that long, so a bad header costs no memory. */
     struct stat info;
     long position = ftell(file);
     if (position >= 0 && fstat(fileno(file), &info) == 0 && S_ISREG(info.st_mode)) {
-        double need = (double)row * height * 4.0 + (double)position;
+        double need = (double)row * header.height * 4.0 + (double)position;
         if ((double)info.st_size < need)
             return image_fail(error, path, "truncated: %.0f bytes, %.0f expected", (double)info.st_size, need);
     }
-    if (!create_for(path, out, (int)width, (int)height, channels, error))
+    if (!create_for(path, out, header.width, header.height, header.channels, error))
         return 0;
 
     const uint16_t one = 1;
     uint8_t low_byte;
     memcpy(&low_byte, &one, 1);
-    int swap = (scale < 0.0) != (low_byte == 1); /* negative: little endian */
+    int swap = header.little != (low_byte == 1);
 
     for (int y = out->height; y-- > 0;) { /* bottom row first in the file */
         float *line = out->data + (size_t)y * row;
@@ -845,7 +845,7 @@ image_stream *image_stream_open(const char *spec, int channels, image *size, ima
     image_stream *s = calloc(1, sizeof *s);
     split_spec(spec, &length, &selection);
     if (s)
-        s->path = copy_string(spec, length);
+        s->path = strndup(spec, length);
     if (!s || !s->path) {
         image_fail(error, spec, "not enough memory");
     } else if (selection && !selection[0]) {
@@ -914,7 +914,7 @@ static int read_spec(const char *spec, read_what what, image *out, image_error *
     const char *selection;
     memset(out, 0, sizeof *out);
     split_spec(spec, &length, &selection);
-    char *path = copy_string(spec, length);
+    char *path = strndup(spec, length);
     if (!path)
         return image_fail(error, spec, "not enough memory");
     int ok = 0;
@@ -1017,7 +1017,7 @@ char **image_list_channels(const char *path, int *count, image_error *error) {
     names = calloc((size_t)file.count + 1, sizeof *names);
     for (int i = 0; names && i < file.count; ++i) {
         const char *name = file.channels ? file.channels[i].name : file.count == 1 ? "Y" : pfm[i];
-        names[i] = copy_string(name, strlen(name));
+        names[i] = strdup(name);
         *count = names[i] ? i + 1 : *count;
     }
     if (!names || *count < file.count)
@@ -1137,7 +1137,7 @@ static int write_png(FILE *file, const image *img, image_range range) {
 FILE *image_open_pending(const char *path, image_pending *pending, image_error *error) {
     memset(pending, 0, sizeof *pending);
     size_t n = strlen(path);
-    pending->path = copy_string(path, n);
+    pending->path = strndup(path, n);
     pending->temporary = malloc(n + 40);
     int descriptor = -1;
     if (!pending->path || !pending->temporary) {

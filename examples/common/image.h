@@ -58,6 +58,12 @@ void image_free_names(char **names); /* null is harmless */
 /* The file part of FILE[:CHANNEL] into `path`. False if it does not fit. */
 int image_spec_path(const char *spec, char *path, size_t size);
 
+/* What a PFM file begins with, up to `most` pixels a side; the floats follow, bottom row first. */
+typedef struct image_pfm {
+    int width, height, channels, little; /* channels: 1 or 3; little: the order of the bytes */
+} image_pfm;
+int image_pfm_header(FILE *file, const char *path, int most, image_pfm *header, image_error *error);
+
 typedef enum image_format { IMAGE_UNKNOWN, IMAGE_EXR, IMAGE_PFM, IMAGE_PNG } image_format;
 #define IMAGE_ENDINGS ".exr, .pfm or .png"
 image_format image_format_of(const char *path); /* by its ending, in any case of letters */

@@ -33,20 +33,6 @@
 
 /* ---- helpers ----------------------------------------------------------------------------------------------------- */
 
-/* One printable line, whatever the file's name or a library's message holds. */
-static int fail(image_error *error, const char *path, const char *format, ...) {
-    va_list args;
-    va_start(args, format);
-    int n = snprintf(error->text, sizeof error->text, "%s: ", path);
-    if (n > 0 && (size_t)n < sizeof error->text)
-        vsnprintf(error->text + n, sizeof error->text - (size_t)n, format, args);
-    va_end(args);
-    for (char *c = error->text; *c; ++c)
-        if ((unsigned char)*c < 0x20 || *c == 0x7f)
-            *c = '?';
-    return 0;
-}
-
 static int ends_with(const char *text, const char *ending) {
     size_t length = strlen(text), n = strlen(ending);
     return length > n && strcasecmp(text + length - n, ending) == 0;
@@ -118,9 +104,9 @@ static int open_file(raster_reader *r, image_error *error) {
     struct stat info;
     r->file = fopen(r->path, "rb");
     if (!r->file)
-        return fail(error, r->path, "%s", strerror(errno));
+        return image_fail(error, r->path, "%s", strerror(errno));
     if (fstat(fileno(r->file), &info) != 0 || !S_ISREG(info.st_mode))
-        return fail(error, r->path, "not a regular file");
+        return image_fail(error, r->path, "not a regular file");
     return 1;
 }
 
@@ -131,82 +117,51 @@ static long long file_size(FILE *file) {
 
 static int make_line(raster_reader *r, size_t floats, image_error *error) {
     r->line = malloc((floats + 1) * sizeof(float));
-    return r->line ? 1 : fail(error, r->path, "not enough memory");
+    return r->line ? 1 : image_fail(error, r->path, "not enough memory");
 }
 
 /* ---- reading: PFM, raw ------------------------------------------------------------------------------------------- */
-
-static int pfm_word(FILE *file, char *word, size_t size) {
-    int c = getc(file);
-    size_t n = 0;
-    while (c == ' ' || c == '\t' || c == '\r' || c == '\n')
-        c = getc(file);
-    for (; c > ' ' && c < 0x7f; c = getc(file)) {
-        if (n + 1 >= size)
-            return 0;
-        word[n++] = (char)c;
-    }
-    word[n] = 0;
-    return n > 0 && (c == ' ' || c == '\t' || c == '\r' || c == '\n');
-}
-
-static int pfm_number(FILE *file, double *value) {
-    char word[64], *end;
-    if (!pfm_word(file, word, sizeof word))
-        return 0;
-    *value = strtod(word, &end);
-    return *end == 0 && isfinite(*value);
-}
 
 /* Rows lie at data_at, one after the other. */
 static int open_rows(raster_reader *r, image_error *error) {
     size_t row = (size_t)r->info.width * (size_t)r->stored_channels;
     double need = (double)r->data_at + 4.0 * (double)row * r->info.height, have = (double)file_size(r->file);
     if (have < need)
-        return fail(error, r->path, "truncated: %.0f bytes, %.0f expected", have, need);
+        return image_fail(error, r->path, "truncated: %.0f bytes, %.0f expected", have, need);
     if (r->format == RASTER_RAW && have > need)
-        return fail(error, r->path, "%.0f bytes, but %d x %d floats are %.0f", have, r->info.width, r->info.height,
-                    need);
+        return image_fail(error, r->path, "%.0f bytes, but %d x %d floats are %.0f", have, r->info.width,
+                          r->info.height, need);
     return make_line(r, row, error);
 }
 
 static int open_pfm(raster_reader *r, const char *selection, image_error *error) {
-    char magic[8];
-    double width, height, scale;
-    if (!open_file(r, error))
+    image_pfm header;
+    if (!open_file(r, error) || !image_pfm_header(r->file, r->path, RASTER_MAX_SIZE, &header, error))
         return 0;
-    if (!pfm_word(r->file, magic, sizeof magic) || (strcmp(magic, "Pf") != 0 && strcmp(magic, "PF") != 0))
-        return fail(error, r->path, "not a PFM file (it must begin with Pf or PF)");
-    if (!pfm_number(r->file, &width) || !pfm_number(r->file, &height) || !pfm_number(r->file, &scale))
-        return fail(error, r->path, "corrupt PFM header (width, height and scale must be numbers)");
-    if (!size_ok(width, height, RASTER_MAX_SIZE) || width != floor(width) || height != floor(height))
-        return fail(error, r->path, "%.9g x %.9g: width and height must be 1..%d", width, height, RASTER_MAX_SIZE);
-    if (!(fabs(scale) > 0.0))
-        return fail(error, r->path, "corrupt PFM header (scale 0 leaves the byte order open)");
-    r->stored_channels = magic[1] == 'F' ? 3 : 1;
-    r->swap = (scale < 0.0) != little_endian();
+    r->stored_channels = header.channels;
+    r->swap = header.little != little_endian();
     r->bottom_up = 1;
     r->data_at = ftell(r->file);
-    r->info.width = (int)width;
-    r->info.height = (int)height;
+    r->info.width = header.width;
+    r->info.height = header.height;
     if (r->info.channels == 3 && (r->stored_channels != 3 || selection))
-        return fail(error, r->path, "three channels (PF) and no layer are expected");
+        return image_fail(error, r->path, "three channels (PF) and no layer are expected");
     if (r->info.channels == 1 && r->stored_channels == 3) {
         static const char names[] = "RGBrgbXYZxyz";
         const char *at = selection && selection[0] && !selection[1] ? strchr(names, selection[0]) : NULL;
         if (!at)
-            return fail(error, r->path, "three channels (PF), choose with FILE:R, FILE:G or FILE:B");
+            return image_fail(error, r->path, "three channels (PF), choose with FILE:R, FILE:G or FILE:B");
         r->first = (int)(at - names) % 3;
     } else if (selection && r->info.channels == 1 && strcasecmp(selection, "Y") != 0 &&
                strcasecmp(selection, "Z") != 0) {
-        return fail(error, r->path, "no channel %s in a PFM with one channel", selection);
+        return image_fail(error, r->path, "no channel %s in a PFM with one channel", selection);
     }
     return open_rows(r, error);
 }
 
 static int open_raw(raster_reader *r, int width, int height, image_error *error) {
     if (!size_ok(width, height, RASTER_MAX_SIZE))
-        return fail(error, r->path, "the size of a raw file must be given, 1..%d", RASTER_MAX_SIZE);
+        return image_fail(error, r->path, "the size of a raw file must be given, 1..%d", RASTER_MAX_SIZE);
     r->info.width = width;
     r->info.height = height;
     r->stored_channels = r->info.channels;
@@ -219,7 +174,7 @@ static int read_rows(raster_reader *r, float *to, image_error *error) {
     int y = r->bottom_up ? r->info.height - 1 - r->next_row : r->next_row;
     if (fseeko(r->file, (off_t)(r->data_at + 4ll * (long long)row * y), SEEK_SET) != 0 ||
         fread(r->line, 4, row, r->file) != row)
-        return fail(error, r->path, ferror(r->file) && errno ? strerror(errno) : "truncated");
+        return image_fail(error, r->path, ferror(r->file) && errno ? strerror(errno) : "truncated");
     if (r->swap)
         swap_floats(r->line, row);
     for (int x = 0; x < r->info.width; ++x)
@@ -250,13 +205,13 @@ static int open_png(raster_reader *r, image_error *error) {
     if (!open_file(r, error))
         return 0;
     if (fread(magic, 1, 8, r->file) != 8 || png_sig_cmp(magic, 0, 8) != 0)
-        return fail(error, r->path, "not a PNG file");
+        return image_fail(error, r->path, "not a PNG file");
     r->png = png_create_read_struct(PNG_LIBPNG_VER_STRING, r, png_failed, png_ignored);
     r->png_info = r->png ? png_create_info_struct(r->png) : NULL;
     if (!r->png_info)
-        return fail(error, r->path, "not enough memory");
+        return image_fail(error, r->path, "not enough memory");
     if (setjmp(png_jmpbuf(r->png)))
-        return fail(error, r->path, "corrupt PNG header, or width and height not 1..%d", IMAGE_MAX_SIZE);
+        return image_fail(error, r->path, "corrupt PNG header, or width and height not 1..%d", IMAGE_MAX_SIZE);
     png_init_io(r->png, r->file);
     png_set_sig_bytes(r->png, 8);
     png_set_user_limits(r->png, IMAGE_MAX_SIZE, IMAGE_MAX_SIZE);
@@ -273,19 +228,19 @@ static int open_png(raster_reader *r, image_error *error) {
     r->info.height = (int)png_get_image_height(r->png, r->png_info);
     r->info.full_scale = r->bit_depth == 16 ? 65535.0 : 255.0;
     if (r->info.channels == 3 && r->stored_channels != 3)
-        return fail(error, r->path, "a grey PNG, three channels are expected");
+        return image_fail(error, r->path, "a grey PNG, three channels are expected");
     if (r->info.channels == 1 && (colour & PNG_COLOR_MASK_PALETTE))
-        return fail(error, r->path, "a PNG with a palette, grey is expected");
+        return image_fail(error, r->path, "a PNG with a palette, grey is expected");
     r->png_line = malloc(r->png_row + 1);
     if (r->png_line && interlaced)
         r->png_whole = malloc(r->png_row * (size_t)r->info.height);
-    return r->png_line && (!interlaced || r->png_whole) ? 1 : fail(error, r->path, "not enough memory");
+    return r->png_line && (!interlaced || r->png_whole) ? 1 : image_fail(error, r->path, "not enough memory");
 }
 
 /* Nothing that is live across setjmp changes. */
 static int next_png_line(raster_reader *r, image_error *error) {
     if (setjmp(png_jmpbuf(r->png)))
-        return fail(error, r->path, "corrupt or truncated PNG file");
+        return image_fail(error, r->path, "corrupt or truncated PNG file");
     if (!r->png_whole)
         png_read_row(r->png, r->png_line, NULL);
     for (int pass = 0; r->png_whole && r->next_row == 0 && pass < 7; ++pass)
@@ -404,7 +359,7 @@ static int open_tiff(raster_reader *r, image_error *error) {
     r->file = NULL;
     r->tiff = tiff_open(r->path, "r", r->tiff_message);
     if (!r->tiff)
-        return fail(error, r->path, "not a TIFF file, or its header is corrupt");
+        return image_fail(error, r->path, "not a TIFF file, or its header is corrupt");
     TIFFGetField(r->tiff, TIFFTAG_IMAGEWIDTH, &width);
     TIFFGetField(r->tiff, TIFFTAG_IMAGELENGTH, &height);
     TIFFGetFieldDefaulted(r->tiff, TIFFTAG_BITSPERSAMPLE, &bits);
@@ -413,16 +368,16 @@ static int open_tiff(raster_reader *r, image_error *error) {
     TIFFGetFieldDefaulted(r->tiff, TIFFTAG_PLANARCONFIG, &planar);
     TIFFGetField(r->tiff, TIFFTAG_PHOTOMETRIC, &photometric);
     if (!size_ok(width, height, RASTER_MAX_SIZE))
-        return fail(error, r->path, "%lu x %lu: width and height must be 1..%d", (unsigned long)width,
-                    (unsigned long)height, RASTER_MAX_SIZE);
+        return image_fail(error, r->path, "%lu x %lu: width and height must be 1..%d", (unsigned long)width,
+                          (unsigned long)height, RASTER_MAX_SIZE);
     int known = format == SAMPLEFORMAT_IEEEFP ? bits == 32 || bits == 64
                                               : (format == SAMPLEFORMAT_UINT || format == SAMPLEFORMAT_INT) &&
                                                     (bits == 8 || bits == 16 || bits == 32);
     if (!known || photometric == PHOTOMETRIC_PALETTE)
-        return fail(error, r->path, "samples of %d bits (format %d) are not supported", bits, format);
+        return image_fail(error, r->path, "samples of %d bits (format %d) are not supported", bits, format);
     if (samples < r->info.channels || (samples > 1 && planar != PLANARCONFIG_CONTIG))
-        return fail(error, r->path, "%d %s channel(s), %d expected", samples,
-                    planar == PLANARCONFIG_CONTIG ? "interleaved" : "separate", r->info.channels);
+        return image_fail(error, r->path, "%d %s channel(s), %d expected", samples,
+                          planar == PLANARCONFIG_CONTIG ? "interleaved" : "separate", r->info.channels);
     r->info.width = (int)width;
     r->info.height = (int)height;
     r->stored_channels = samples;
@@ -436,20 +391,20 @@ static int open_tiff(raster_reader *r, image_error *error) {
         TIFFGetField(r->tiff, TIFFTAG_TILEWIDTH, &r->tile_width);
         TIFFGetField(r->tiff, TIFFTAG_TILELENGTH, &r->tile_height);
         if (!size_ok(r->tile_width, r->tile_height, RASTER_MAX_SIZE))
-            return fail(error, r->path, "corrupt TIFF header (size of the tiles)");
+            return image_fail(error, r->path, "corrupt TIFF header (size of the tiles)");
         bytes = (size_t)TIFFTileSize(r->tiff);
         /* what the reader indexes must be what libtiff fills */
         if (bytes / r->tile_width / r->tile_height < (size_t)(samples * r->sample_bytes))
-            return fail(error, r->path, "corrupt TIFF header (size of the tiles)");
+            return image_fail(error, r->path, "corrupt TIFF header (size of the tiles)");
         floats *= r->tile_height < height ? r->tile_height : height;
     } else {
         bytes = (size_t)TIFFScanlineSize(r->tiff);
         if (bytes / width < (size_t)(samples * r->sample_bytes))
-            return fail(error, r->path, "corrupt TIFF header (size of a row)");
+            return image_fail(error, r->path, "corrupt TIFF header (size of a row)");
     }
     r->tiff_line = malloc(bytes + 8);
     if (!r->tiff_line)
-        return fail(error, r->path, "not enough memory");
+        return image_fail(error, r->path, "not enough memory");
     return r->tile_width ? make_line(r, floats, error) : 1;
 }
 
@@ -476,8 +431,8 @@ static float tiff_sample(const raster_reader *r, const uint8_t *at) {
 }
 
 static int tiff_corrupt(raster_reader *r, image_error *error) {
-    return fail(error, r->path, "corrupt or truncated TIFF file%s%s%s", r->tiff_message[0] ? " (" : "", r->tiff_message,
-                r->tiff_message[0] ? ")" : "");
+    return image_fail(error, r->path, "corrupt or truncated TIFF file%s%s%s", r->tiff_message[0] ? " (" : "",
+                      r->tiff_message, r->tiff_message[0] ? ")" : "");
 }
 
 /* A row of tiles into r->line. */
@@ -533,7 +488,7 @@ raster_reader *raster_open(const char *spec, int channels, int raw_width, int ra
     int ok = 0;
     raster_reader *r = calloc(1, sizeof *r);
     if (!r || !image_spec_path(spec, r->path, sizeof r->path)) {
-        fail(error, spec, r ? "name too long" : "not enough memory");
+        image_fail(error, spec, r ? "name too long" : "not enough memory");
         free(r);
         return NULL;
     }
@@ -555,18 +510,18 @@ raster_reader *raster_open(const char *spec, int channels, int raw_width, int ra
 #if RASTER_HAS_PNG
         ok = open_png(r, error);
 #else
-        fail(error, r->path, "compiled without libpng, so PNG files cannot be read");
+        image_fail(error, r->path, "compiled without libpng, so PNG files cannot be read");
 #endif
         break;
     case RASTER_TIFF:
 #if RASTER_HAS_TIFF
         ok = open_tiff(r, error);
 #else
-        fail(error, r->path, "compiled without libtiff, so TIFF files cannot be read");
+        image_fail(error, r->path, "compiled without libtiff, so TIFF files cannot be read");
 #endif
         break;
     default:
-        fail(error, r->path, "unknown format, the name must end in .exr, .pfm, .png, .tif, .tiff, .raw or .f32");
+        image_fail(error, r->path, "unknown format, the name must end in .exr, .pfm, .png, .tif, .tiff, .raw or .f32");
     }
     if (!ok) {
         raster_close(r);
@@ -579,7 +534,7 @@ raster_reader *raster_open(const char *spec, int channels, int raw_width, int ra
 int raster_read(raster_reader *r, int rows, float *to, image_error *error) {
     size_t row = (size_t)r->info.width * (size_t)r->info.channels;
     for (int i = 0; i < rows; ++i, to += row, ++r->next_row) {
-        int ok = r->next_row < r->info.height ? 1 : fail(error, r->path, "no more rows");
+        int ok = r->next_row < r->info.height ? 1 : image_fail(error, r->path, "no more rows");
         switch (ok ? r->format : RASTER_UNKNOWN) {
         case RASTER_EXR:
             ok = image_stream_read(r->stream, 1, to, error);
@@ -660,7 +615,7 @@ struct raster_writer {
 };
 
 static int cannot_write(const raster_writer *w, const char *why, image_error *error) {
-    return fail(error, w->path, "cannot write: %s", why && why[0] ? why : "out of space?");
+    return image_fail(error, w->path, "cannot write: %s", why && why[0] ? why : "out of space?");
 }
 
 static void exr_silent(exr_const_context_t context, exr_result_t code, const char *message) {
@@ -738,7 +693,7 @@ static int create_png(raster_writer *w, image_error *error) {
     w->png_info = w->png ? png_create_info_struct(w->png) : NULL;
     w->bytes = malloc((size_t)w->width * (size_t)w->channels * 2);
     if (!w->png_info || !w->bytes)
-        return fail(error, w->path, "not enough memory");
+        return image_fail(error, w->path, "not enough memory");
     if (setjmp(png_jmpbuf(w->png)))
         return cannot_write(w, NULL, error);
     png_init_io(w->png, w->file);
@@ -785,7 +740,7 @@ static int create_tiff(raster_writer *w, image_error *error) {
     w->bytes = malloc((size_t)TILE * TILE * (size_t)w->channels * sizeof(float));
     w->band_rows = TILE;
     if (!w->tiff || !w->bytes)
-        return w->tiff ? fail(error, w->path, "not enough memory") : cannot_write(w, w->tiff_message, error);
+        return w->tiff ? image_fail(error, w->path, "not enough memory") : cannot_write(w, w->tiff_message, error);
     TIFFSetField(w->tiff, TIFFTAG_IMAGEWIDTH, (uint32_t)w->width);
     TIFFSetField(w->tiff, TIFFTAG_IMAGELENGTH, (uint32_t)w->height);
     TIFFSetField(w->tiff, TIFFTAG_TILEWIDTH, (uint32_t)TILE);
@@ -876,19 +831,20 @@ raster_writer *raster_writer_create(const char *path, int width, int height, int
     int ok = 1;
     memset(pending, 0, sizeof *pending);
     if (format == RASTER_UNKNOWN)
-        ok = fail(error, path, "unknown format, the name must end in .exr, .pfm, .png, .tif, .tiff, .raw or .f32");
+        ok =
+            image_fail(error, path, "unknown format, the name must end in .exr, .pfm, .png, .tif, .tiff, .raw or .f32");
     else if (strlen(path) >= sizeof((raster_writer *)0)->path)
-        ok = fail(error, path, "name too long");
+        ok = image_fail(error, path, "name too long");
     else if ((format == RASTER_PFM || format == RASTER_PNG) && channels != 1 && channels != 3)
-        ok = fail(error, path, "%d channels do not fit this format", channels);
+        ok = image_fail(error, path, "%d channels do not fit this format", channels);
     else if (channels < 1 || channels > RASTER_MAX_CHANNELS)
-        ok = fail(error, path, "%d channels, 1..%d are possible", channels, RASTER_MAX_CHANNELS);
+        ok = image_fail(error, path, "%d channels, 1..%d are possible", channels, RASTER_MAX_CHANNELS);
     else if (!size_ok(width, height, format == RASTER_EXR || format == RASTER_PNG ? IMAGE_MAX_SIZE : RASTER_MAX_SIZE))
-        ok = fail(error, path, "%d x %d is too large for this format", width, height);
+        ok = image_fail(error, path, "%d x %d is too large for this format", width, height);
     raster_writer *w = ok ? calloc(1, sizeof *w) : NULL;
     if (!w) {
         if (ok)
-            fail(error, path, "not enough memory");
+            image_fail(error, path, "not enough memory");
         return NULL;
     }
     snprintf(w->path, sizeof w->path, "%s", path);
@@ -909,19 +865,19 @@ raster_writer *raster_writer_create(const char *path, int width, int height, int
 #if RASTER_HAS_PNG
         ok = create_png(w, error);
 #else
-        ok = fail(error, path, "compiled without libpng, so PNG files cannot be written");
+        ok = image_fail(error, path, "compiled without libpng, so PNG files cannot be written");
 #endif
     else if (ok && format == RASTER_TIFF)
 #if RASTER_HAS_TIFF
         ok = create_tiff(w, error);
 #else
-        ok = fail(error, path, "compiled without libtiff, so TIFF files cannot be written");
+        ok = image_fail(error, path, "compiled without libtiff, so TIFF files cannot be written");
 #endif
     else if (ok)
         ok = create_rows(w, error);
     if (ok && w->band_rows) {
         w->band = malloc((size_t)w->band_rows * (size_t)width * (size_t)channels * sizeof(float));
-        ok = w->band ? 1 : fail(error, path, "not enough memory");
+        ok = w->band ? 1 : image_fail(error, path, "not enough memory");
     }
     if (ok)
         return w;
@@ -932,7 +888,7 @@ raster_writer *raster_writer_create(const char *path, int width, int height, int
 int raster_place(raster_writer *w, const char *like, image_error *error) {
 #if RASTER_HAS_TIFF
     if (w->format == RASTER_TIFF && raster_format_of(like) == RASTER_TIFF && !copy_geography(w, like))
-        return fail(error, w->path, "cannot take over the georeference of %s", like);
+        return image_fail(error, w->path, "cannot take over the georeference of %s", like);
 #else
     (void)w, (void)like, (void)error;
 #endif
@@ -944,7 +900,7 @@ int raster_write(raster_writer *w, int rows, const float *from, image_error *err
     int ok = 1;
     for (int i = 0; ok && i < rows; ++i, from += row) {
         if (w->next_row >= w->height)
-            return fail(error, w->path, "too many rows");
+            return image_fail(error, w->path, "too many rows");
         if (w->band) {
             memcpy(w->band + row * (size_t)w->band_filled++, from, row * sizeof(float));
             ++w->next_row;
@@ -1003,7 +959,7 @@ int raster_finish(raster_writer *w, image_error *error) {
     int complete = w->next_row == w->height;
     int ok = close_writer(w, error);
     if (ok && !complete)
-        ok = fail(error, w->path, "rows are missing");
+        ok = image_fail(error, w->path, "rows are missing");
     if (!ok)
         image_discard(w->pending);
     free(w);

@@ -6,21 +6,10 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-static int fail(image_error *error, const char *path, const char *format, ...) {
-    va_list args;
-    va_start(args, format);
-    int n = snprintf(error->text, sizeof error->text, "%s: ", path);
-    if (n > 0 && (size_t)n < sizeof error->text)
-        vsnprintf(error->text + n, sizeof error->text - (size_t)n, format, args);
-    va_end(args);
-    return 0;
-}
 
 static int join(char *path, size_t size, const char *directory, const char *name) {
     return snprintf(path, size, "%s/%s", directory, name) < (int)size;
@@ -149,7 +138,7 @@ static int make_level(const char *directory, const terrain_level *from, terrain_
     char name[32], path[4096];
     level_name(to->shift, name, sizeof name);
     if (!join(path, sizeof path, directory, name))
-        return fail(error, directory, "name too long");
+        return image_fail(error, directory, "name too long");
     cell *rows = malloc((2 * (size_t)from->width + (size_t)to->width) * sizeof *rows);
     FILE *file = rows ? fopen(path, "wb") : NULL;
     int ok = file != NULL;
@@ -166,7 +155,7 @@ static int make_level(const char *directory, const terrain_level *from, terrain_
     if (file)
         ok = fclose(file) == 0 && ok;
     if (!ok)
-        fail(error, path, "cannot write: %s", rows ? strerror(errno) : "not enough memory");
+        image_fail(error, path, "cannot write: %s", rows ? strerror(errno) : "not enough memory");
     free(rows);
     return ok;
 }
@@ -205,8 +194,8 @@ int terrain_inspect(const terrain_source *source, terrain *t, image_error *error
         return 0;
     raster_close(reader);
     if (n.width != info.width || n.height != info.height)
-        return fail(error, source->normals, "%d x %d, but the heights are %d x %d", n.width, n.height, info.width,
-                    info.height);
+        return image_fail(error, source->normals, "%d x %d, but the heights are %d x %d", n.width, n.height, info.width,
+                          info.height);
     return 1;
 }
 
@@ -239,12 +228,13 @@ static int copy_row(const height_rule *rule, const char *path, int y, float *row
             row[x] = NAN;
             ++t->holes;
         } else if (!isfinite(v) || !isfinite(row[x])) {
-            return isfinite(v) ? fail(error, path, "the height at column %d, row %d is out of range when scaled", x, y)
-                               : fail(error, path, "%s at column %d, row %d; --no-data %s would make it a hole",
-                                      isnan(v) ? "not a number" : "infinity", x, y,
-                                      isnan(v)   ? "nan"
-                                      : v > 0.0f ? "inf"
-                                                 : "-inf");
+            return isfinite(v)
+                       ? image_fail(error, path, "the height at column %d, row %d is out of range when scaled", x, y)
+                       : image_fail(error, path, "%s at column %d, row %d; --no-data %s would make it a hole",
+                                    isnan(v) ? "not a number" : "infinity", x, y,
+                                    isnan(v)   ? "nan"
+                                    : v > 0.0f ? "inf"
+                                               : "-inf");
         } else {
             t->lowest = (double)row[x] < t->lowest ? (double)row[x] : t->lowest;
             t->highest = (double)row[x] > t->highest ? (double)row[x] : t->highest;
@@ -259,7 +249,7 @@ static int copy_heights(const char *directory, const terrain_source *source, ter
     raster_info info;
     level_name(t->level[0].shift, name, sizeof name);
     if (!join(path, sizeof path, directory, "heights") || !join(level_path, sizeof level_path, directory, name))
-        return fail(error, directory, "name too long");
+        return image_fail(error, directory, "name too long");
     raster_reader *reader = open_heights(source, &info, error);
     if (!reader)
         return 0;
@@ -270,8 +260,8 @@ static int copy_heights(const char *directory, const terrain_source *source, ter
     cell *level = malloc(cells * sizeof *level);
     FILE *file = fopen(path, "wb"), *level_file = fopen(level_path, "wb");
     if (!rows || !level || !file || !level_file)
-        ok = fail(error, rows && level ? path : source->heights, "%s",
-                  rows && level ? strerror(errno) : "not enough memory");
+        ok = image_fail(error, rows && level ? path : source->heights, "%s",
+                        rows && level ? strerror(errno) : "not enough memory");
     t->lowest = HUGE_VAL;
     t->highest = -HUGE_VAL;
     t->holes = 0;
@@ -285,19 +275,19 @@ static int copy_heights(const char *directory, const terrain_source *source, ter
         pool_heights(rows, t->width, count, shift, level);
         if (fwrite(rows, sizeof *rows, (size_t)count * width, file) != (size_t)count * width ||
             fwrite(level, sizeof *level, cells, level_file) != cells)
-            ok = fail(error, path, "cannot write: %s", strerror(errno));
+            ok = image_fail(error, path, "cannot write: %s", strerror(errno));
         if (progress)
             progress(user, (double)(y + count) / t->height);
     }
     if (file && fclose(file) != 0 && ok)
-        ok = fail(error, path, "cannot write: %s", strerror(errno));
+        ok = image_fail(error, path, "cannot write: %s", strerror(errno));
     if (level_file && fclose(level_file) != 0 && ok)
-        ok = fail(error, level_path, "cannot write: %s", strerror(errno));
+        ok = image_fail(error, level_path, "cannot write: %s", strerror(errno));
     raster_close(reader);
     free(rows);
     free(level);
     if (ok && t->holes == (long long)t->width * t->height)
-        ok = fail(error, source->heights, "no cell holds data");
+        ok = image_fail(error, source->heights, "no cell holds data");
     return ok;
 }
 
@@ -306,20 +296,20 @@ static int copy_normals(const char *directory, const terrain_source *source, con
     char path[4096];
     raster_info info;
     if (!join(path, sizeof path, directory, "normals"))
-        return fail(error, directory, "name too long");
+        return image_fail(error, directory, "name too long");
     raster_reader *reader = raster_open(source->normals, 3, t->width, t->height, &info, error);
     if (!reader)
         return 0;
     int ok = info.width == t->width && info.height == t->height;
     if (!ok)
-        fail(error, source->normals, "%d x %d, but the heights are %d x %d", info.width, info.height, t->width,
-             t->height);
+        image_fail(error, source->normals, "%d x %d, but the heights are %d x %d", info.width, info.height, t->width,
+                   t->height);
     size_t width = (size_t)t->width;
     float *row = malloc(3 * width * sizeof *row), scale = info.full_scale > 0.0 ? (float)(2.0 / info.full_scale) : 1.0f;
     float bias = info.full_scale > 0.0 ? -1.0f : 0.0f;
     FILE *file = row ? fopen(path, "wb") : NULL;
     if (ok && !file)
-        ok = fail(error, path, "cannot write: %s", row ? strerror(errno) : "not enough memory");
+        ok = image_fail(error, path, "cannot write: %s", row ? strerror(errno) : "not enough memory");
     for (int y = 0; ok && y < t->height; ++y) {
         ok = raster_read(reader, 1, row, error);
         for (size_t x = 0; ok && x < width; ++x) {
@@ -331,10 +321,10 @@ static int copy_normals(const char *directory, const terrain_source *source, con
                 n[0] = n[1] = n[2] = 0.0f; /* the library derives one */
         }
         if (ok && fwrite(row, 3 * sizeof *row, width, file) != width)
-            ok = fail(error, path, "cannot write: %s", strerror(errno));
+            ok = image_fail(error, path, "cannot write: %s", strerror(errno));
     }
     if (file && fclose(file) != 0 && ok)
-        ok = fail(error, path, "cannot write: %s", strerror(errno));
+        ok = image_fail(error, path, "cannot write: %s", strerror(errno));
     raster_close(reader);
     free(row);
     return ok;
@@ -348,7 +338,7 @@ static int write_description(const char *directory, const terrain *t, image_erro
     size_t n = 0;
     image_pending pending;
     if (!join(path, sizeof path, directory, "terrain"))
-        return fail(error, directory, "name too long");
+        return image_fail(error, directory, "name too long");
     n += (size_t)snprintf(text, sizeof text, "1 %d %d %a %a %d %a %a %lld %d %d %d", t->width, t->height, t->pixel_x,
                           t->pixel_y, t->geographic, t->lowest, t->highest, t->holes, t->has_normals, t->overlap,
                           t->levels);
@@ -384,28 +374,28 @@ static int open_level(const char *directory, terrain_level *l, image_error *erro
     char name[32], path[4096];
     level_name(l->shift, name, sizeof name);
     if (!join(path, sizeof path, directory, name))
-        return fail(error, directory, "name too long");
+        return image_fail(error, directory, "name too long");
     l->file = open(path, O_RDONLY);
-    return l->file >= 0 ? 1 : fail(error, path, "%s", strerror(errno));
+    return l->file >= 0 ? 1 : image_fail(error, path, "%s", strerror(errno));
 }
 
 static int open_whole(const char *directory, const char *name, long long bytes, int *file, image_error *error) {
     char path[4096];
     struct stat info;
     if (!join(path, sizeof path, directory, name))
-        return fail(error, directory, "name too long");
+        return image_fail(error, directory, "name too long");
     *file = open(path, O_RDONLY);
     if (*file < 0)
-        return fail(error, path, "%s", strerror(errno));
-    return fstat(*file, &info) == 0 && (long long)info.st_size == bytes ? 1 : fail(error, path, "truncated");
+        return image_fail(error, path, "%s", strerror(errno));
+    return fstat(*file, &info) == 0 && (long long)info.st_size == bytes ? 1 : image_fail(error, path, "truncated");
 }
 
 int terrain_open(const char *directory, terrain *t, image_error *error) {
     char path[4096];
     if (!join(path, sizeof path, directory, "terrain"))
-        return fail(error, directory, "name too long");
+        return image_fail(error, directory, "name too long");
     if (!read_description(path, t))
-        return fail(error, path, "missing or not complete");
+        return image_fail(error, path, "missing or not complete");
     long long pixels = (long long)t->width * t->height;
     t->heights_file = t->normals_file = -1;
     for (int i = 0; i < t->levels; ++i)
@@ -432,7 +422,7 @@ int terrain_create(const char *directory, const terrain_source *source, terrain_
         ok = make_level(directory, t->level + i - 1, t->level + i, error) && open_level(directory, t->level + i, error);
     for (int i = 0; ok && i < t->levels; ++i)
         if (!measure_level(t->level + i))
-            ok = fail(error, directory, "cannot read back");
+            ok = image_fail(error, directory, "cannot read back");
     ok = ok && write_description(directory, t, error);
     terrain_close(t);
     return ok && terrain_open(directory, t, error);
@@ -477,7 +467,7 @@ static int read_window(const terrain *t, int file, int channels, float missing, 
                     count = width - column < t->width - from_x ? width - column : t->width - from_x;
                 if (!read_at(file, at, (size_t)count * pixel,
                              ((long long)from_y * t->width + from_x) * (long long)pixel))
-                    return fail(error, "heights", "cannot read the copy of the map: %s", strerror(errno));
+                    return image_fail(error, "heights", "cannot read the copy of the map: %s", strerror(errno));
             }
             column += count;
         }
@@ -567,7 +557,7 @@ int terrain_view_create(const terrain *t, terrain_border border, int x, int y, i
         view->level[i].width = (int)columns;
         view->level[i].height = (int)rows;
         view->level[i].cells = cells;
-        int ok = cells && line ? 1 : fail(error, "far terrain", "not enough memory");
+        int ok = cells && line ? 1 : image_fail(error, "far terrain", "not enough memory");
         for (size_t row = 0; ok && row < rows; ++row) {
             /* by the pixel in the middle of the cell, since a map that wraps need not be whole cells wide */
             long long half = l->shift ? 1ll << (l->shift - 1) : 0,
@@ -575,7 +565,7 @@ int terrain_view_create(const terrain *t, terrain_border border, int x, int y, i
             int from_y = inside(py, t->height, border == TERRAIN_WRAP ? border : TERRAIN_CLAMP) >> l->shift;
             if (!read_at(l->file, line, (size_t)l->width * sizeof *line,
                          (long long)from_y * l->width * (long long)sizeof *line))
-                ok = fail(error, "far terrain", "cannot read: %s", strerror(errno));
+                ok = image_fail(error, "far terrain", "cannot read: %s", strerror(errno));
             for (size_t column = 0; ok && column < columns; ++column) {
                 long long px = (x0 + (long long)column) * (1ll << l->shift) + half;
                 int from_x = inside(px, t->width, border == TERRAIN_WRAP ? border : TERRAIN_CLAMP) >> l->shift;

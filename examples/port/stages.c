@@ -123,15 +123,6 @@ typedef struct setting {
     int count, whole; /* whole: an integer */
 } setting;
 
-static char *copy(const char *from, size_t length) {
-    char *to = malloc(length + 1);
-    if (to) {
-        memcpy(to, from, length);
-        to[length] = 0;
-    }
-    return to;
-}
-
 struct frame {
     gpu *g;
     char directory[PATH_SIZE];
@@ -169,8 +160,8 @@ static int read_settings(frame *f, image_error *error) {
                 break;
             f->settings = s;
             s += f->setting_count++;
-            s->key = copy(at + indent + 1, length);
-            s->text = copy(at + value, line - value);
+            s->key = strndup(at + indent + 1, length);
+            s->text = strndup(at + value, line - value);
             s->values = malloc(sizeof(float) * (size_t)numbers);
             s->count = 0;
             ok = s->key && s->text && s->values;

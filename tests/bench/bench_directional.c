@@ -23,6 +23,7 @@
 #include "dataset.h"
 #include "examples/common/canvas.h"
 #include "gtao.h"
+#include "tests/compute.h"
 #include "trace.h"
 
 enum { PROBES = 3, METHODS = 6, SOURCES = 3, MOST_SCENES = 16 };
@@ -35,7 +36,7 @@ static const char *const method_names[METHODS] = {"ao x irradiance",      "bent 
 /* ---- probes: radiance in world space, y up ----------------------------------------------------------------------- */
 
 static double lobe(vec3 d, double elevation_degrees, double azimuth_degrees, double sharpness) {
-    double e = elevation_degrees * BENCH_PI / 180, a = azimuth_degrees * BENCH_PI / 180;
+    double e = elevation_degrees * V3_PI / 180, a = azimuth_degrees * V3_PI / 180;
     return exp(sharpness * (v3_dot(d, v3(cos(e) * sin(a), sin(e), cos(e) * cos(a))) - 1));
 }
 
@@ -54,8 +55,7 @@ static vec3 radiance(int probe, vec3 d) {
         return v3_mad(l, v3(14, 12, 9), lobe(d, 35, 40, 80) * (1 - ground));
     }
     if (probe == 1) { /* a room with one window and its light on the floor */
-        double azimuth = atan2(d.x, d.z) * 180 / BENCH_PI + 70,
-               elevation = asin(fmin(1, fmax(-1, d.y))) * 180 / BENCH_PI;
+        double azimuth = atan2(d.x, d.z) * 180 / V3_PI + 70, elevation = asin(fmin(1, fmax(-1, d.y))) * 180 / V3_PI;
         double window = step_between(-27, -23, azimuth) * step_between(-27, -23, -azimuth) *
                         step_between(-2, 2, elevation) * step_between(-47, -43, -elevation);
         l = v3_scale(v3(0.12, 0.11, 0.1), 1 + 0.5 * d.y);
@@ -80,7 +80,7 @@ static vec3 light_at(const light *l, int probe, vec3 d) {
 }
 
 static vec3 sphere_direction(int i, int j, int rings, int sectors) {
-    double z = 1 - 2 * (i + 0.5) / rings, r = sqrt(1 - z * z), phi = 2 * BENCH_PI * (j + 0.5) / sectors;
+    double z = 1 - 2 * (i + 0.5) / rings, r = sqrt(1 - z * z), phi = 2 * V3_PI * (j + 0.5) / sectors;
     return v3(r * cos(phi), z, r * sin(phi));
 }
 
@@ -105,7 +105,7 @@ static void light_setup(light *l, int probe, const bench_scene_camera *camera) {
         }
     l->scale = RINGS * SECTORS / sum;
     for (int k = 0; k < 27; ++k)
-        l->sh[k] = (float)(sh[k] * l->scale * 4 * BENCH_PI / (RINGS * SECTORS));
+        l->sh[k] = (float)(sh[k] * l->scale * 4 * V3_PI / (RINGS * SECTORS));
 }
 
 /* ---- methods ----------------------------------------------------------------------------------------------------- */
@@ -122,7 +122,7 @@ static void triple_setup(void) {
             for (int a = 0; a < 9; ++a)
                 for (int b = 0; b < 9; ++b)
                     for (int c = 0; c < 9; ++c)
-                        triple[a][b][c] += (double)(y[a] * y[b] * y[c]) * 4 * BENCH_PI / (RINGS * SECTORS);
+                        triple[a][b][c] += (double)(y[a] * y[b] * y[c]) * 4 * V3_PI / (RINGS * SECTORS);
         }
 }
 
@@ -136,13 +136,13 @@ static void zonal(double k0, double k1, double k2, const float d[3], float sh[9]
 /* Coefficients of the product of visibility and clamped cosine, over pi. */
 static void product(const float visibility[9], const float normal[3], float sh[9]) {
     float cosine[9];
-    zonal(BENCH_PI, 2 * BENCH_PI / 3, BENCH_PI / 4, normal, cosine);
+    zonal(V3_PI, 2 * V3_PI / 3, V3_PI / 4, normal, cosine);
     for (int i = 0; i < 9; ++i) {
         double sum = 0;
         for (int j = 0; j < 9; ++j)
             for (int k = 0; k < 9; ++k)
                 sum += triple[i][j][k] * (double)visibility[j] * (double)cosine[k];
-        sh[i] = (float)(sum / BENCH_PI);
+        sh[i] = (float)(sum / V3_PI);
     }
 }
 
@@ -164,7 +164,7 @@ static void coefficients(int method, const pixel *p, float sh[9]) {
         zonal((double)p->visibility, 2.0 / 3 * (double)p->visibility, 0.25 * (double)p->visibility, p->bent, sh);
         break;
     case 2:
-        zonal(2 * BENCH_PI * (1 - u), BENCH_PI * (1 - u * u), BENCH_PI * (u - u * u * u), p->bent, v);
+        zonal(2 * V3_PI * (1 - u), V3_PI * (1 - u * u), V3_PI * (u - u * u * u), p->bent, v);
         product(v, p->normal, sh);
         break;
     case 3:
@@ -212,7 +212,7 @@ static void sink(void *user, size_t i, vec3 direction, bool visible) {
     basis(direction, y);
     for (int k = 0; k < 9; ++k) {
         out[3 * PROBES + k] += y[k] * share;
-        out[3 * PROBES + 9 + k] += y[k] * share * (float)(BENCH_PI / fmax(cosine, 1e-3));
+        out[3 * PROBES + 9 + k] += y[k] * share * (float)(V3_PI / fmax(cosine, 1e-3));
     }
 }
 
@@ -256,10 +256,7 @@ static gtao_desc desc_of(const view *v) {
 }
 
 static bool run_gtao(const gtao_desc *desc, const gtao_output *output) {
-    size_t size = gtao_scratch_size(desc);
-    void *scratch = malloc(size);
-    gtao_result result = scratch ? gtao_compute(desc, output, scratch, size, NULL) : GTAO_ERROR_SCRATCH;
-    free(scratch);
+    gtao_result result = compute_output(desc, output);
     if (result != GTAO_OK)
         fprintf(stderr, "%s\n", gtao_result_string(result));
     return result == GTAO_OK;
@@ -315,7 +312,7 @@ static pixel pixel_at(const work *w, size_t i, int source) {
         memcpy(p.bent, w->own[source].bent + 3 * i, sizeof p.bent);
         for (int k = 0; k < 9; ++k) {
             p.sh[k] = w->own[source].sh[(size_t)k * n + i];
-            p.cone[k] = w->own[source].uniform[(size_t)k * n + i] * (float)(2 * BENCH_PI);
+            p.cone[k] = w->own[source].uniform[(size_t)k * n + i] * (float)(2 * V3_PI);
         }
         return p;
     }

@@ -20,6 +20,7 @@
 #include "examples/common/pool.h"
 #include "examples/common/volume.h"
 #include "gtso.h"
+#include "tests/compute.h"
 
 #include "dataset.h"
 #include "sampling.h"
@@ -64,52 +65,22 @@ static void *allocate(size_t bytes) {
     return p;
 }
 
-static void add_box(bench_scene_mesh *m, vec3 lo, vec3 hi) {
-    static const unsigned faces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
-                                          {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
-    m->positions = realloc(m->positions, (m->vertex_count + 8) * 3 * sizeof(float));
-    m->indices = realloc(m->indices, (m->triangle_count + 12) * 3 * sizeof(unsigned));
-    if (!m->positions || !m->indices)
-        exit(1);
-    for (size_t i = 0; i < 12; ++i)
-        for (size_t k = 0; k < 3; ++k)
-            m->indices[3 * (m->triangle_count + i) + k] = (unsigned)m->vertex_count + faces[i][k];
-    for (size_t i = 0; i < 8; ++i) {
-        float *p = m->positions + 3 * (m->vertex_count + i);
-        p[0] = (float)(i & 1 ? hi.x : lo.x);
-        p[1] = (float)(i & 2 ? hi.y : lo.y);
-        p[2] = (float)(i & 4 ? hi.z : lo.z);
-    }
-    m->vertex_count += 8;
-    m->triangle_count += 12;
-}
-
-static void look_at(bench_scene_camera *c, vec3 eye, vec3 target, double focal_widths, int width, int height) {
-    c->eye = eye;
-    c->forward = v3_normalize(v3_sub(target, eye));
-    c->right = v3_normalize(v3_cross(c->forward, v3(0, 1, 0)));
-    c->down = v3_cross(c->forward, c->right);
-    c->focal_px = focal_widths * width;
-    c->cx = 0.5 * width, c->cy = 0.5 * height;
-    c->width = width, c->height = height;
-}
-
 /* Balls of growing roughness in niches of a wall: each is open on one side. Smaller balls lie between them. */
 static bool build_spheres(stage *s, int width, int height) {
-    bench_scene_mesh *m = &s->scene.mesh;
+    mesh *m = &s->scene.mesh;
     s->name = "spheres";
     s->roughness = 0.4;
-    add_box(m, v3(-8, -0.2, -1.2), v3(8, 0, 8));
-    add_box(m, v3(-8, 0, -1.3), v3(8, 1.5, -1.1));
+    mesh_add_box(m, mesh_world, -8, -0.2, -1.2, 8, 0, 8);
+    mesh_add_box(m, mesh_world, -8, 0, -1.3, 8, 1.5, -1.1);
     for (int i = -3; i <= 2; ++i)
-        add_box(m, v3(i + 0.46, 0, -1.15), v3(i + 0.54, 0.95, -0.25));
+        mesh_add_box(m, mesh_world, i + 0.46, 0, -1.15, i + 0.54, 0.95, -0.25);
     for (int i = 0; i < 5; ++i) {
         ball b = {v3(i - 2, 0.38, -0.62), 0.38, 0.1 + 0.2 * i};
         s->balls[s->ball_count++] = b;
         ball small = {v3(i - 1.72, 0.16, 0.02), 0.16, 0.1 + 0.2 * i};
         s->balls[s->ball_count++] = small;
     }
-    look_at(&s->scene.camera, v3(0.35, 1.25, 3.6), v3(0.06, 0.38, -0.4), 0.74, width, height);
+    bench_scene_look_at(&s->scene, v3(0.35, 1.25, 3.6), v3(0.06, 0.38, -0.4), 0.74, width, height);
     s->scene.radius = 3;
     return true;
 }
@@ -133,7 +104,7 @@ static void write3(float *p, vec3 v) {
 
 /* Normals of vertices in view space, the mean of their triangles' weighted by area. */
 static void smooth_normals(stage *s, const float *vertices) {
-    const bench_scene_mesh *m = &s->scene.mesh;
+    const mesh *m = &s->scene.mesh;
     s->smooth = allocate(m->vertex_count * 3 * sizeof(float));
     for (size_t t = 0; t < m->triangle_count; ++t) {
         const unsigned *corner = m->indices + 3 * t;
@@ -147,7 +118,7 @@ static void smooth_normals(stage *s, const float *vertices) {
 }
 
 static bool open_rays(stage *s) {
-    const bench_scene_mesh *m = &s->scene.mesh;
+    const mesh *m = &s->scene.mesh;
     s->device = rtcNewDevice("threads=1");
     if (!s->device)
         return false;
@@ -219,7 +190,7 @@ static double sample_ggx(vec3 v, double alpha, double f0, double u1, double u2, 
     double length2 = vh.x * vh.x + vh.y * vh.y;
     vec3 t1 = length2 > 1e-20 ? v3_scale(v3(-vh.y, vh.x, 0), 1 / sqrt(length2)) : v3(1, 0, 0);
     vec3 t2 = v3_cross(vh, t1);
-    double r = sqrt(u1), phi = 2 * BENCH_PI * u2, a = r * cos(phi), b = r * sin(phi), s = 0.5 * (1 + vh.z);
+    double r = sqrt(u1), phi = 2 * V3_PI * u2, a = r * cos(phi), b = r * sin(phi), s = 0.5 * (1 + vh.z);
     b = (1 - s) * sqrt(fmax(0, 1 - a * a)) + s * b;
     vec3 nh = v3_mad(v3_mad(v3_scale(t1, a), t2, b), vh, sqrt(fmax(0, 1 - a * a - b * b)));
     vec3 h = v3_normalize(v3(alpha * nh.x, alpha * nh.y, fmax(1e-9, nh.z)));
@@ -477,10 +448,7 @@ static bool from_buffer(render *r) {
     d.preset = GTAO_PRESET_REFERENCE;
     o.visibility = r->visibility[INPUT_BUFFER];
     o.bent_normals = r->bent[INPUT_BUFFER];
-    size_t size = gtao_scratch_size(&d);
-    void *scratch = malloc(size ? size : 1);
-    gtao_result result = scratch ? gtao_compute(&d, &o, scratch, size, NULL) : GTAO_ERROR_SCRATCH;
-    free(scratch);
+    gtao_result result = compute_output(&d, &o);
     if (result != GTAO_OK)
         fprintf(stderr, "bench_shading: %s\n", gtao_result_string(result));
     return result == GTAO_OK;
@@ -765,8 +733,8 @@ static void cone_rows(void *user, int thread, int row_begin, int row_end) {
         double u[6];
         for (int k = 0; k < 3; ++k)
             sample_jitter((uint32_t)i, (uint32_t)(k + 77), u + 2 * k);
-        double aperture = (0.02 + 0.98 * u[0]) * 0.5 * BENCH_PI, tilt = u[1] * (0.5 * BENCH_PI - aperture);
-        double slant = u[2] * 0.49 * BENCH_PI, phi = 2 * BENCH_PI * u[3];
+        double aperture = (0.02 + 0.98 * u[0]) * 0.5 * V3_PI, tilt = u[1] * (0.5 * V3_PI - aperture);
+        double slant = u[2] * 0.49 * V3_PI, phi = 2 * V3_PI * u[3];
         vec3 b = v3(sin(tilt) * cos(phi), sin(tilt) * sin(phi), cos(tilt));
         write3(c->n, v3(0, 0, 1));
         write3(c->v, v3(sin(slant), 0, cos(slant)));
@@ -784,7 +752,7 @@ static void print_errors(const char *name, const cone_case *cases, const float *
     for (int i = 0; i < count; ++i) {
         double e = (double)values[i] - (double)cases[i].exact;
         int bin[3] = {0, 1 + (cases[i].roughness < 1 ? (int)(4 * cases[i].roughness) : 3),
-                      (double)cases[i].v[2] < cos(70 * BENCH_PI / 180) ? 5 : 0};
+                      (double)cases[i].v[2] < cos(70 * V3_PI / 180) ? 5 : 0};
         for (int k = 0; k < (bin[2] ? 3 : 2); ++k)
             squares[bin[k]] += e * e, n[bin[k]] += 1;
         most = fmax(most, fabs(e));

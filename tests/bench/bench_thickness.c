@@ -13,8 +13,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "crops.h"
 #include "dataset.h"
-#include "examples/common/canvas.h"
 #include "examples/common/cli.h"
 #include "measure.h"
 #include "peel.h"
@@ -729,8 +729,6 @@ static bool run_profiles(bench *b, int strata) {
 
 /* ---- pictures ---------------------------------------------------------------------------------------------------- */
 
-enum { CROP_WIDTH = 160, CROP_HEIGHT = 112, GAP = 6, LABEL = 17, TITLE = 22, MARGIN = 160 };
-
 static int scene_named(const bench *b, const char *name) {
     for (int s = 0; s < b->scenes; ++s)
         if (strcmp(b->names[s], name) == 0)
@@ -741,68 +739,34 @@ static int scene_named(const bench *b, const char *name) {
 static bool write_crops(bench *b) {
     static const char *const rows[] = {"height field", "constant, R / 5",      "estimate",          "back faces",
                                        "four layers",  "rays inside the view", "rays, all geometry"};
-    static const struct {
-        const char *scene;
-        double x, y; /* centre of the crop */
-    } columns[] = {{"grilles", 0.42, 0.55}, {"figure", 0.5, 0.5},   {"furniture", 0.45, 0.55},
-                   {"foliage", 0.5, 0.5},   {"stairs", 0.27, 0.45}, {"scan", 0.35, 0.45}};
+    static const crops_column columns[] = {{"grilles", 0.42, 0.55}, {"figure", 0.5, 0.5},   {"furniture", 0.45, 0.55},
+                                           {"foliage", 0.5, 0.5},   {"stairs", 0.27, 0.45}, {"scan", 0.35, 0.45}};
     enum { ROWS = sizeof rows / sizeof *rows, COLUMNS = sizeof columns / sizeof *columns };
-    int width = MARGIN + COLUMNS * (CROP_WIDTH + GAP), height = TITLE + ROWS * (CROP_HEIGHT + LABEL + GAP);
-    image page, grey;
-    image_error error;
-    image_pending file;
-    color ink = color_hex(0x202020);
-    memset(&file, 0, sizeof file);
-    if (!image_create(&page, width, height, 3, &error))
+    crops page;
+    if (!crops_open(&page, ROWS, COLUMNS, 160))
         return false;
-    canvas_load_fonts();
-    canvas_fill(&page, 0, 0, width, height, color_hex(0xffffff));
     for (int r = 0; r < ROWS; ++r)
-        canvas_text(&page, 4, (float)(TITLE + r * (CROP_HEIGHT + LABEL + GAP) + LABEL + CROP_HEIGHT / 2 + 4),
-                    CANVAS_LEFT, CANVAS_BOLD, 13, ink, rows[r]);
+        crops_title(&page, r, rows[r]);
     for (int c = 0; c < COLUMNS; ++c) {
-        int s = scene_named(b, columns[c].scene), x = MARGIN + c * (CROP_WIDTH + GAP);
+        int s = scene_named(b, columns[c].scene);
         if (s < 0)
             continue;
         const view *v = &b->views[s];
-        canvas_text(&page, (float)x, 16, CANVAS_LEFT, CANVAS_BOLD, 13, ink, columns[c].scene);
-        int w = v->width < CROP_WIDTH ? v->width : CROP_WIDTH, h = v->height < CROP_HEIGHT ? v->height : CROP_HEIGHT;
-        int x0 = clampi((int)(columns[c].x * v->width) - w / 2, 0, v->width - w),
-            y0 = clampi((int)(columns[c].y * v->height) - h / 2, 0, v->height - h);
+        crops_scene(&page, c, columns[c].scene);
         for (int r = 0; r < ROWS; ++r) {
-            int y = TITLE + r * (CROP_HEIGHT + LABEL + GAP);
             const float *from = r == ROWS - 1 ? b->truths[s][0] : r == ROWS - 2 ? b->truths[s][1] : b->pictures[s][r];
             char label[64] = "";
+            if (!from)
+                continue;
             if (r < ROWS - 2)
                 snprintf(label, sizeof label, "RMSE %.3f, inside %.3f", compare(v, from, b->truths[s][0]).rmse,
                          compare(v, from, b->truths[s][1]).rmse);
             else if (r == ROWS - 2)
                 snprintf(label, sizeof label, "RMSE %.3f", compare(v, from, b->truths[s][0]).rmse);
-            image crop;
-            if (!from || !image_create(&crop, w, h, 3, &error))
-                continue;
-            for (int j = 0; j < h; ++j)
-                for (int i = 0; i < w; ++i)
-                    for (int q = 0; q < 3; ++q) /* 27 levels keep the file small */
-                        crop.data[3 * (j * w + i) + q] =
-                            roundf(from[(size_t)(y0 + j) * (size_t)v->width + (size_t)(x0 + i)] * 26) / 26;
-            canvas_draw(&page, x, y + LABEL, &crop);
-            image_free(&crop);
-            canvas_text(&page, (float)x, (float)(y + 13), CANVAS_LEFT, CANVAS_REGULAR, 11.5f, ink, label);
+            crops_draw(&page, r, c, &columns[c], v, from, label);
         }
     }
-    canvas_free_fonts();
-    bool ok = image_create(&grey, width, height, 1, &error);
-    for (size_t i = 0; ok && i < (size_t)width * (size_t)height; ++i)
-        grey.data[i] = page.data[3 * i];
-    ok = ok && image_write("build/bench/thickness_crops.png", &grey, NULL, IMAGE_RANGE_UNIT, &file, &error) &&
-         image_commit(&file, &error);
-    if (!ok)
-        fprintf(stderr, "%s\n", error.text);
-    image_discard(&file);
-    image_free(&grey);
-    image_free(&page);
-    return ok;
+    return crops_save(&page, "build/bench/thickness_crops.png");
 }
 
 /* ---- all of it --------------------------------------------------------------------------------------------------- */

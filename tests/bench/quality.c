@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "crops.h"
 #include "dataset.h"
-#include "examples/common/canvas.h"
 #include "examples/common/cli.h"
 #include "march.h"
 #include "measure.h"
@@ -406,8 +406,6 @@ static bool write_noise(const bench *b, int strata) {
 
 /* ---- the page of crops ------------------------------------------------------------------------------------------- */
 
-enum { CROP_WIDTH = 160, CROP_HEIGHT = 112, GAP = 6, LABEL = 17, TITLE = 22, MARGIN = 190 };
-
 static int scene_named(const bench *b, const char *name) {
     for (int s = 0; s < b->scenes; ++s)
         if (strcmp(b->data[s].scene.name, name) == 0)
@@ -440,37 +438,25 @@ static bool write_crops(bench *b) {
                 {"voxel cones", "16", "voxel cones, 16", 1},
                 {"rays", "4", "Embree, 4 rays", 1},
                 {"rays denoised", "16", "Embree, 16 rays, blurred", 1}};
-    static const struct {
-        const char *scene;
-        double x, y; /* centre of the crop */
-    } columns[] = {{"stairs", 0.27, 0.45},
-                   {"foliage", 0.5, 0.6},
-                   {"furniture", 0.45, 0.55},
-                   {"figure", 0.5, 0.45},
-                   {"grilles", 0.5, 0.5}};
+    static const crops_column columns[] = {{"stairs", 0.27, 0.45},
+                                           {"foliage", 0.5, 0.6},
+                                           {"furniture", 0.45, 0.55},
+                                           {"figure", 0.5, 0.45},
+                                           {"grilles", 0.5, 0.5}};
     enum { ROWS = sizeof rows / sizeof *rows, COLUMNS = sizeof columns / sizeof *columns };
-    int width = MARGIN + COLUMNS * (CROP_WIDTH + GAP), height = TITLE + ROWS * (CROP_HEIGHT + LABEL + GAP);
-    image page, grey;
-    image_error error;
-    image_pending file;
-    color ink = color_hex(0x202020);
-    memset(&file, 0, sizeof file);
-    if (!image_create(&page, width, height, 3, &error))
+    crops page;
+    if (!crops_open(&page, ROWS, COLUMNS, 190))
         return false;
-    canvas_load_fonts();
-    canvas_fill(&page, 0, 0, width, height, color_hex(0xffffff));
+    for (int r = 0; r < ROWS; ++r)
+        crops_title(&page, r, rows[r].title);
     for (int c = 0; c < COLUMNS; ++c) {
-        int s = scene_named(b, columns[c].scene), x = MARGIN + c * (CROP_WIDTH + GAP);
+        int s = scene_named(b, columns[c].scene);
         if (s < 0)
             continue;
         const dataset *d = &b->data[s];
-        canvas_text(&page, (float)x, 16, CANVAS_LEFT, CANVAS_BOLD, 13, ink, columns[c].scene);
-        int w = d->view.width < CROP_WIDTH ? d->view.width : CROP_WIDTH,
-            h = d->view.height < CROP_HEIGHT ? d->view.height : CROP_HEIGHT;
-        int x0 = clampi((int)(columns[c].x * d->view.width) - w / 2, 0, d->view.width - w),
-            y0 = clampi((int)(columns[c].y * d->view.height) - h / 2, 0, d->view.height - h);
+        crops_scene(&page, c, columns[c].scene);
         for (int r = 0; r < ROWS; ++r) {
-            int y = TITLE + r * (CROP_HEIGHT + LABEL + GAP), truth = rows[r].truth, k = -1;
+            int truth = rows[r].truth, k = -1;
             char label[96];
             label[0] = '\0';
             if (rows[r].family[0]) {
@@ -490,34 +476,10 @@ static bool write_crops(bench *b) {
                     snprintf(label, sizeof label, "depth buffer: RMSE %.3f",
                              image_distance(&d->view, d->truth_view, d->truth_rays).rmse);
             }
-            image crop;
-            if (!image_create(&crop, w, h, 3, &error))
-                continue;
-            for (int j = 0; j < h; ++j)
-                for (int i = 0; i < w; ++i)
-                    for (int q = 0; q < 3; ++q) /* 27 levels keep the file small */
-                        crop.data[3 * (j * w + i) + q] =
-                            roundf(b->work[rival_index(&d->view, x0 + i, y0 + j)] * 26) / 26;
-            canvas_draw(&page, x, y + LABEL, &crop);
-            image_free(&crop);
-            canvas_text(&page, (float)x, (float)(y + 13), CANVAS_LEFT, CANVAS_REGULAR, 11.5f, ink, label);
-            if (c == 0)
-                canvas_text(&page, 4, (float)(y + LABEL + CROP_HEIGHT / 2 + 4), CANVAS_LEFT, CANVAS_BOLD, 13, ink,
-                            rows[r].title);
+            crops_draw(&page, r, c, &columns[c], &d->view, b->work, label);
         }
     }
-    canvas_free_fonts();
-    bool ok = image_create(&grey, width, height, 1, &error);
-    for (size_t i = 0; ok && i < (size_t)width * (size_t)height; ++i)
-        grey.data[i] = page.data[3 * i];
-    ok = ok && image_write("build/bench/crops.png", &grey, NULL, IMAGE_RANGE_UNIT, &file, &error) &&
-         image_commit(&file, &error);
-    if (!ok)
-        fprintf(stderr, "%s\n", error.text);
-    image_discard(&file);
-    image_free(&grey);
-    image_free(&page);
-    return ok;
+    return crops_save(&page, "build/bench/crops.png");
 }
 
 /* ---- all of it --------------------------------------------------------------------------------------------------- */

@@ -155,8 +155,7 @@ static double ellipsoid_distance(vec3 p, vec3 c, double rx, double ry, double rz
 
 /* ---- camera ------------------------------------------------------------------------------------------------------ */
 
-/* focal_widths: focal length in image widths, so that the field of view does not depend on the resolution. */
-static void look_at(bench_scene *s, vec3 eye, vec3 target, double focal_widths, int width, int height) {
+void bench_scene_look_at(bench_scene *s, vec3 eye, vec3 target, double focal_widths, int width, int height) {
     bench_scene_camera *c = &s->camera;
     c->eye = eye;
     c->forward = v3_normalize(v3_sub(target, eye));
@@ -207,7 +206,7 @@ static bool build_terrain(bench_scene *s, int width, int height) {
     add_relief(&s->mesh, f, 0, 0, map.width - 1, map.height - 1, map.width - 1, map.height - 1, map_height, &map);
     double ground = map_height(172, 250, &map) * 3.0 / 92.0;
     free(map.rows);
-    look_at(s, v3(160, ground + 45, 370), v3(185, ground - 12, 230), 1.0, width, height);
+    bench_scene_look_at(s, v3(160, ground + 45, 370), v3(185, ground - 12, 230), 1.0, width, height);
     s->radius = 12;
     return true;
 }
@@ -263,7 +262,7 @@ static bool build_stairs(bench_scene *s, int width, int height) {
     mesh_add_revolved(m, mesh_moved(f, 1.05, 0, -3.6), umbrella_stand, 9, 40);
     mesh_add_rod(m, f, v3(1.02, 0.05, -3.6), v3(0.93, 0.95, -3.66), 0.02, 0.02, 10);
     mesh_add_rod(m, f, v3(1.1, 0.05, -3.62), v3(1.2, 0.9, -3.6), 0.02, 0.03, 10);
-    look_at(s, v3(1.75, 1.75, 3.5), v3(-0.75, 1.05, -2.2), 0.72, width, height);
+    bench_scene_look_at(s, v3(1.75, 1.75, 3.5), v3(-0.75, 1.05, -2.2), 0.72, width, height);
     s->radius = 1;
     return true;
 }
@@ -341,7 +340,7 @@ static bool build_columns(bench_scene *s, int width, int height) {
     mesh_add_box(m, f, 1.2, 0.38, -3.6, 1.7, 0.46, -1.8);
     mesh_add_box(m, f, 1.25, 0, -3.4, 1.65, 0.38, -3.2);
     mesh_add_box(m, f, 1.25, 0, -2.2, 1.65, 0.38, -2.0);
-    look_at(s, v3(0.9, 1.9, 4.6), v3(-0.75, 2.0, -6), 0.78, width, height);
+    bench_scene_look_at(s, v3(0.9, 1.9, 4.6), v3(-0.75, 2.0, -6), 0.78, width, height);
     s->radius = 1.5;
     return true;
 }
@@ -422,7 +421,7 @@ static bool build_foliage(bench_scene *s, int width, int height) {
         add_leaf(m, mesh_turned_x(blade, random_in(&seed, -85, -60)), random_in(&seed, 0.07, 0.22), 0.012,
                  random_in(&seed, 0.2, 0.9), 0.2);
     }
-    look_at(s, v3(0.55, 1.35, 2.35), v3(0.0, 0.5, -0.35), 0.85, width, height);
+    bench_scene_look_at(s, v3(0.55, 1.35, 2.35), v3(0.0, 0.5, -0.35), 0.85, width, height);
     s->radius = 0.4;
     return true;
 }
@@ -513,7 +512,7 @@ static bool build_grilles(bench_scene *s, int width, int height) {
     for (int i = 0; i < 6; ++i)
         mesh_add_ellipsoid(m, basket, v3(balls[i][0], balls[i][1], balls[i][2]), balls[i][3], balls[i][3], balls[i][3],
                            32);
-    look_at(s, v3(0.35, 1.25, 3.1), v3(-0.02, 0.68, -0.3), 0.95, width, height);
+    bench_scene_look_at(s, v3(0.35, 1.25, 3.1), v3(-0.02, 0.68, -0.3), 0.95, width, height);
     s->radius = 0.5;
     return true;
 }
@@ -573,7 +572,7 @@ static bool build_scan(bench_scene *s, int width, int height) {
                  v3(0.75, 1.9, 1.9), 0.014);
     add_implicit(m, mesh_moved(f, 0.98, 0.22, 0.15), coral_distance, NULL, v3(-0.65, -0.65, -0.65),
                  v3(0.65, 0.65, 0.65), 0.012);
-    look_at(s, v3(2.2, 1.65, 3.5), v3(0.32, 0.72, 0.2), 1.02, width, height);
+    bench_scene_look_at(s, v3(2.2, 1.65, 3.5), v3(0.32, 0.72, 0.2), 1.02, width, height);
     s->radius = 0.5;
     return true;
 }
@@ -698,7 +697,7 @@ static bool build_furniture(bench_scene *s, int width, int height) {
             m, mesh_scaled(mesh_moved(wall, 0.65 + 0.22 * i, 1.465, 0.13), k, k * random_in(&seed, 0.7, 1.3), k), vase,
             8, 32);
     }
-    look_at(s, v3(1.55, 1.75, 2.6), v3(-0.55, 0.72, -1.1), 0.78, width, height);
+    bench_scene_look_at(s, v3(1.55, 1.75, 2.6), v3(-0.55, 0.72, -1.1), 0.78, width, height);
     s->radius = 0.6;
     return true;
 }
@@ -752,7 +751,7 @@ static bool build_figure(bench_scene *s, int width, int height) {
     mesh_add_rod(m, f, v3(1.75, 0, -1.1), v3(1.75, 0.8, -1.1), 0.2, 0.23, 40);
     mesh_add_rod(m, f, v3(1.12, 0, 1.0), v3(1.12, 4, 1.0), 0.045, 0.04, 24);
     mesh_add_rod(m, f, v3(1.12, 0, 1.0), v3(1.12, 0.3, 1.0), 0.09, 0.07, 24);
-    look_at(s, v3(0.15, 1.5, 4.1), v3(0.05, 1.02, -0.6), 1.05, width, height);
+    bench_scene_look_at(s, v3(0.15, 1.5, 4.1), v3(0.05, 1.02, -0.6), 1.05, width, height);
     s->radius = 1;
     return true;
 }
@@ -844,7 +843,7 @@ static bool build_near(bench_scene *s, int width, int height) {
                              10);
         a = b;
     }
-    look_at(s, v3(1.2, 5.6, 8.6), v3(-0.2, 0.1, -0.4), 1.25, width, height);
+    bench_scene_look_at(s, v3(1.2, 5.6, 8.6), v3(-0.2, 0.1, -0.4), 1.25, width, height);
     s->radius = 2.5;
     return true;
 }
@@ -896,7 +895,7 @@ static bool build_far(bench_scene *s, int width, int height) {
                 }
             }
         }
-    look_at(s, v3(420, 520, 980), v3(-20, 0, -40), 1.5, width, height);
+    bench_scene_look_at(s, v3(420, 520, 980), v3(-20, 0, -40), 1.5, width, height);
     s->radius = 25;
     return true;
 }
@@ -948,7 +947,7 @@ static bool build_village(bench_scene *s, int width, int height) {
         mesh_add_triangle(m, v[0], v[4], v[2]);
         mesh_add_triangle(m, v[1], v[3], v[5]);
     }
-    look_at(s, v3(0, 1.7, 0), v3(0, 1.7, -50), 0.85, width, height);
+    bench_scene_look_at(s, v3(0, 1.7, 0), v3(0, 1.7, -50), 0.85, width, height);
     s->radius = 2;
     return true;
 }
@@ -971,7 +970,7 @@ bool bench_study_build(bench_scene *out, const char *name, int width, int height
     else
         add_implicit(m, mesh_turned_y(mesh_moved(mesh_world, 0, -1, 1.0), 62), beast_distance, NULL,
                      v3(-0.75, -0.05, -1.05), v3(0.75, 1.9, 1.9), 0.02);
-    look_at(out, v3(0, 0.1, 6), v3(0, 0, 0), 1.1, width, height);
+    bench_scene_look_at(out, v3(0, 0.1, 6), v3(0, 0, 0), 1.1, width, height);
     out->radius = 2;
     return true;
 }

@@ -36,6 +36,8 @@ bool bench_scene_build(bench_scene *out, int index, int width, int height);
  * "elephant", an animal in front of one; "village", houses on flat ground under half a sky, of which most can be skipped.
  * False if there is no such study. */
 bool bench_study_build(bench_scene *out, const char *name, int width, int height);
+/* focal_widths: focal length in image widths, so that the field of view does not depend on the resolution. */
+void bench_scene_look_at(bench_scene *s, vec3 eye, vec3 target, double focal_widths, int width, int height);
 void bench_scene_free(bench_scene *s);
 
 #endif

@@ -1,5 +1,6 @@
 /* Spherical harmonics of gtao.h against quadrature of their definition, slice by slice and over the sphere. */
 #include "gtao.h"
+#include "tests/compute.h"
 #include "tests/reference/check.h"
 #include "tests/reference/reference.h"
 
@@ -374,12 +375,8 @@ static void kernels_are_the_estimator(void **state) {
 
         gtao_output output = {0};
         output.sh = sh;
-        const size_t size = gtao_scratch_size(d);
-        void *scratch = malloc(size);
-        assert_non_null(scratch);
-        const gtao_result status = gtao_compute(d, &output, scratch, size, NULL);
+        const gtao_result status = compute_output(d, &output);
         CHECK(status == GTAO_OK, "%s", gtao_result_string(status));
-        free(scratch);
         expected_sh(&r, z0, at, slices, expected);
         for (int i = 0; i < 9; i++) {
             const double got = (double)sh[i * SIZE * SIZE + r.y * SIZE + r.x];
@@ -430,10 +427,8 @@ static void scenes_against_brute_force(void **state) {
         desc.preset = GTAO_PRESET_REFERENCE;
         desc.noise = GTAO_NOISE_NONE;
         output.sh = sh;
-        const size_t size = gtao_scratch_size(&desc);
-        void *scratch = malloc(size);
-        CHECK(sh && scratch, "out of memory");
-        const gtao_result status = gtao_compute(&desc, &output, scratch, size, NULL);
+        CHECK(sh, "out of memory");
+        const gtao_result status = compute_output(&desc, &output);
         CHECK(status == GTAO_OK, "%s", gtao_result_string(status));
         double squares[9] = {0.0}, worst = 0.0;
         int pixels = 0;
@@ -455,7 +450,6 @@ static void scenes_against_brute_force(void **state) {
         printf("# note: room, %s, thickness %g: %d pixels, coefficients within RMSE %.4f\n",
                variant < 3 ? "perspective" : "orthographic", thickness, pixels, worst);
         CHECK(pixels > 100 && worst < most[variant], "variant %d: %d pixels, RMSE %g", variant, pixels, worst);
-        free(scratch);
         free(sh);
         ref_image_free(&img);
     }

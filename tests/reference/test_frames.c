@@ -5,6 +5,7 @@
 
 #include "gtao.h"
 #include "scene.h"
+#include "tests/compute.h"
 
 enum { W = 320, H = 180, N = W * H, SPHERES = 7 };
 
@@ -88,12 +89,10 @@ static void runner_frame(runner *r, float *visibility) {
 
 static void compute(const gtao_desc *desc, float *visibility) {
     gtao_output output;
-    size_t size = gtao_scratch_size(desc);
-    void *scratch = malloc(size);
     memset(&output, 0, sizeof output);
     output.visibility = visibility;
-    CHECK(gtao_compute(desc, &output, scratch, size, NULL) == GTAO_OK, "gtao_compute failed");
-    free(scratch);
+    gtao_result result = compute_output(desc, &output);
+    CHECK(result == GTAO_OK, "%s", gtao_result_string(result));
 }
 
 static double rmse(const float *a, const float *b, size_t n) {

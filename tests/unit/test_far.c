@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "gtao.h"
+#include "tests/compute.h"
 
 enum { W = 96, H = 72, N = W * H, TOWER_X = 40, TOWER_Y = 32 };
 
@@ -40,12 +41,8 @@ static void ground_make(ground *g, int size, float h) {
 
 static void compute(const gtao_desc *desc, float *visibility) {
     gtao_output output = {0};
-    size_t size = gtao_scratch_size(desc);
-    void *scratch = malloc(size);
     output.visibility = visibility;
-    assert_non_null(scratch);
-    assert_int_equal(gtao_compute(desc, &output, scratch, size, NULL), GTAO_OK);
-    free(scratch);
+    assert_int_equal(compute_output(desc, &output), GTAO_OK);
 }
 
 /* Largest difference over pixels that see the block by far samples only; *most: the largest occlusion there. */

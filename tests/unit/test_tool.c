@@ -3,6 +3,7 @@
 
 #include "examples/common/image.h"
 #include "gtao.h"
+#include "tests/compute.h"
 
 #include <math.h>
 
@@ -89,15 +90,11 @@ static void describe(gtao_desc *desc) {
 }
 
 static void compute(const gtao_desc *desc, float *visibility, float *bent) {
-    size_t size = gtao_scratch_size(desc);
-    void *scratch = malloc(size + 1);
-    assert_non_null(scratch);
     gtao_output output;
     memset(&output, 0, sizeof output);
     output.visibility = visibility;
     output.bent_normals = bent;
-    assert_int_equal(gtao_compute(desc, &output, scratch, size, NULL), GTAO_OK);
-    free(scratch);
+    assert_int_equal(compute_output(desc, &output), GTAO_OK);
 }
 
 #define INPUT "--depth @/z.exr --normal @/n.exr --focal 40 "
@@ -274,10 +271,7 @@ static void test_spherical_harmonics(void **state) {
     describe(&desc);
     memset(&output, 0, sizeof output);
     output.sh = planes[0];
-    size_t size = gtao_scratch_size(&desc);
-    void *scratch = malloc(size);
-    assert_int_equal(gtao_compute(&desc, &output, scratch, size, NULL), GTAO_OK);
-    free(scratch);
+    assert_int_equal(compute_output(&desc, &output), GTAO_OK);
     run_well(INPUT "--sh @/s.exr -o @/v.exr");
     for (int c = 0; c < 9; ++c) {
         image one;

@@ -8,20 +8,13 @@ static v3f smaller(v3f p, v3f right, v3f left) {
     return v3f_dot(a, a) < v3f_dot(b, b) ? a : b;
 }
 
-static float tan_to_sin(float t) {
-    return t / sqrtf(t * t + 1);
-}
-
 static void run(const view *v, const rival_preset *p, float *scratch, float *raw) {
     rival_random random;
     float direction[RIVAL_MOST_SAMPLES][2];
     const float bias = tanf(0.3f), radius2 = v->radius * v->radius;
     (void)scratch;
     rival_random_fill(&random, 1);
-    for (int k = 0; k < p->directions; ++k) {
-        float a = 6.28318531f * (float)k / (float)p->directions;
-        direction[k][0] = cosf(a), direction[k][1] = sinf(a);
-    }
+    rival_directions(p->directions, direction);
     for (int y = 0; y < v->height; ++y)
         for (int x = 0; x < v->width; ++x) {
             size_t i = rival_index(v, x, y);
@@ -40,12 +33,12 @@ static void run(const view *v, const rival_preset *p, float *scratch, float *raw
                 v3f tangent = v3f_mad(v3f_scale(du, dx), dv, dy);
                 /* "up" is towards the eye: -z */
                 float tan_h = -tangent.z / sqrtf(tangent.x * tangent.x + tangent.y * tangent.y) + bias;
-                float sin_h = tan_to_sin(tan_h);
+                float sin_h = rival_tan_to_sin(tan_h);
                 for (int j = 1; j <= p->steps; ++j) {
                     float s = rival_fetch(v, cx + dx * step_px * (float)j, cy + dy * step_px * (float)j).z;
                     float across = step * (float)j, up = z - s, length2 = across * across + up * up, t = up / across;
                     if (length2 <= radius2 && t > tan_h) {
-                        float sin_s = tan_to_sin(t);
+                        float sin_s = rival_tan_to_sin(t);
                         sum += (sin_s - sin_h) * (1 - length2 / radius2);
                         tan_h = t, sin_h = sin_s;
                     }

@@ -3,20 +3,13 @@
  * cross-bilateral filter applied along x and y. Presets are the slides': 6x6 with blur, 16x16 and 16x32 without. */
 #include "rivals.h"
 
-static float tan_to_sin(float t) {
-    return t / sqrtf(t * t + 1);
-}
-
 static void run(const view *v, const rival_preset *p, float *scratch, float *raw) {
     rival_random random;
     float direction[RIVAL_MOST_SAMPLES][2];
     const float bias = 0.57735027f, radius2 = v->radius * v->radius;
     (void)scratch;
     rival_random_fill(&random, 1);
-    for (int k = 0; k < p->directions; ++k) {
-        float a = 6.28318531f * (float)k / (float)p->directions;
-        direction[k][0] = cosf(a), direction[k][1] = sinf(a);
-    }
+    rival_directions(p->directions, direction);
     for (int y = 0; y < v->height; ++y)
         for (int x = 0; x < v->width; ++x) {
             size_t i = rival_index(v, x, y);
@@ -43,13 +36,13 @@ static void run(const view *v, const rival_preset *p, float *scratch, float *raw
                 float dy = direction[k][1] * turn[0] + direction[k][0] * turn[1];
                 v3f tangent = v3f_mad(v3f_scale(du, dx), dv, dy);
                 float tan_h = -tangent.z / sqrtf(tangent.x * tangent.x + tangent.y * tangent.y) + bias;
-                float sin_h = tan_to_sin(tan_h);
+                float sin_h = rival_tan_to_sin(tan_h);
                 for (int j = 0; j < steps; ++j) {
                     float at = first + step_px * (float)j;
                     v3f d = v3f_sub(rival_fetch(v, cx + dx * at, cy + dy * at), point);
                     float d2 = v3f_dot(d, d), across = sqrtf(d.x * d.x + d.y * d.y);
                     if (d2 <= radius2 && -d.z > tan_h * across) {
-                        float tan_s = -d.z / across, sin_s = across > 0 ? tan_to_sin(tan_s) : 1;
+                        float tan_s = -d.z / across, sin_s = across > 0 ? rival_tan_to_sin(tan_s) : 1;
                         sum += (1 - d2 / radius2) * (sin_s - sin_h);
                         tan_h = tan_s, sin_h = sin_s;
                     }

@@ -158,6 +158,18 @@ static inline float rival_acos(float x) {
     return x >= 0 ? r : 3.14159265f - r;
 }
 
+static inline float rival_tan_to_sin(float t) {
+    return t / sqrtf(t * t + 1);
+}
+
+/* `count` directions around the circle, evenly. */
+static inline void rival_directions(int count, float (*direction)[2]) {
+    for (int k = 0; k < count; ++k) {
+        float a = 6.28318531f * (float)k / (float)count;
+        direction[k][0] = cosf(a), direction[k][1] = sinf(a);
+    }
+}
+
 /* GLSL's reflect: a mirrored in the plane perpendicular to the unit vector n. */
 static inline v3f v3f_reflect(v3f a, v3f n) {
     return v3f_mad(a, n, -2 * v3f_dot(a, n));
