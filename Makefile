@@ -222,7 +222,7 @@ instructions: | build/setup/test
 instructions-record: | build/setup/test
 	tests/instructions.sh --write
 
-strict: | build/setup/strict
+strict: | build/setup/strict build/setup/bench
 	@tests/run.sh tests/strict/strict.sh
 
 fuzz: | build/setup/fuzz

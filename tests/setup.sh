@@ -14,7 +14,6 @@ set -u
 usage="usage: tests/setup.sh build|bake|viewer|sequence|test|strict|fuzz|figures|format|bench|gis|port..."
 optional=
 missing=()
-optional=
 
 # need PACKAGE COMMAND...: the package is missing if the command fails.
 need() {

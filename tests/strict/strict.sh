@@ -51,13 +51,29 @@ check() { # number build
     rm -f "$out/$1"
 }
 
-echo "1..${#builds[@]}"
+# The benches, which no test builds: only that they still compile.
+benches=$((${#builds[@]} + 1))
+check_benches() {
+    local file bad=
+    for file in tests/bench/*.c tests/bench/rivals/*.c; do
+        # shellcheck disable=SC2086 # warnings are words
+        gcc -std=c99 -D_POSIX_C_SOURCE=200809L $warnings -Iexamples/common -fsyntax-only "$file" >>"$out/$benches.log" 2>&1 || bad=1
+    done
+    if [ ! "$bad" ]; then
+        echo "ok $benches - tests/bench compiles" >"$out/$benches.tap"
+    else
+        { echo "not ok $benches - tests/bench compiles"; sed 's/^/# /' "$out/$benches.log" | head -n 30; } >"$out/$benches.tap"
+    fi
+}
+
+echo "1..$benches"
 for i in "${!builds[@]}"; do
     while [ "$(jobs -rp | wc -l)" -ge "$(nproc)" ]; do wait -n; done
     check $((i + 1)) "${builds[$i]}" &
 done
 wait
-for i in "${!builds[@]}"; do cat "$out/$((i + 1)).tap"; done
+check_benches
+for i in "${!builds[@]}" "${#builds[@]}"; do cat "$out/$((i + 1)).tap"; done
 
 # Processor time, so that what else runs does not count.
 TIMEFORMAT=%U
