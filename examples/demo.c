@@ -115,6 +115,42 @@ static int compute(const scene *s, const gtao_desc *desc, int threads, int repea
     return ok;
 }
 
+/* The visibility of one frame with the spatial filter behind it, on one thread. */
+static int compute_filtered(const scene *s, const gtao_desc *desc, int repeat, result *r) {
+    enum { MAX_REPEAT = 16 };
+    double total[MAX_REPEAT];
+    image_error error;
+    gtao_output output;
+    gtao_frame_desc frame;
+    memset(&frame, 0, sizeof frame);
+    memset(&output, 0, sizeof output);
+    memset(r, 0, sizeof *r);
+    frame.desc = *desc;
+    frame.no_temporal = 1;
+    frame.cut = 1; /* so that each run is a first frame */
+    size_t size = gtao_frame_state_size(&frame);
+    void *state = calloc(1, size ? size : 1);
+    gtao_result code = GTAO_ERROR_SCRATCH;
+    int ok = state && image_create(&r->visibility, desc->width, desc->height, 1, &error);
+    output.visibility = r->visibility.data;
+    repeat = repeat < MAX_REPEAT ? repeat : MAX_REPEAT;
+    for (int i = 0; ok && i < repeat; ++i) {
+        double t0 = cli_seconds();
+        code = gtao_frame(&frame, &output, state, size, NULL);
+        ok = code == GTAO_OK;
+        total[i] = 1e3 * (cli_seconds() - t0);
+    }
+    if (ok) {
+        r->total_ms = cli_median(total, repeat);
+        compare(s, r);
+    } else {
+        fprintf(stderr, "demo: %s\n", gtao_result_string(code));
+        free_result(r);
+    }
+    free(state);
+    return ok;
+}
+
 /* ---- panels ------------------------------------------------------------------------------------------------------- */
 
 static const unsigned ink_paper = 0x121316, ink_bar = 0x1b1d21, ink_text = 0xf2f2f0, ink_soft = 0x9ba1a8,
@@ -189,9 +225,12 @@ static void paint_bent(image *picture, const scene *s, const image *bent) {
         put(picture, i, scene_visible(s, i) ? normal_color(bent->data + 3 * i, 1) : color_hex(ink_sky));
 }
 
-static void paint_visibility(image *picture, const scene *s, const image *visibility) {
-    for (size_t i = 0; i < (size_t)picture->width * (size_t)picture->height; ++i)
-        put(picture, i, scene_visible(s, i) ? grey(visibility->data[i]) : color_hex(ink_sky));
+/* Two halves, or twice the same. */
+static void paint_visibility(image *picture, const scene *s, const image *left, const image *right) {
+    for (size_t i = 0; i < (size_t)picture->width * (size_t)picture->height; ++i) {
+        const image *from = (int)(i % (size_t)picture->width) < picture->width / 2 ? left : right;
+        put(picture, i, scene_visible(s, i) ? grey(from->data[i]) : color_hex(ink_sky));
+    }
 }
 
 static const float difference_range = 0.5f;
@@ -324,11 +363,20 @@ static void place_tag(sheet *s, int index, int right, const char *text) {
                 text);
 }
 
+/* A line between a panel's halves, and what each shows. */
+static void place_halves(sheet *s, int index, const char *left, const char *right) {
+    int x, y;
+    panel_at(s, index, &x, &y);
+    canvas_fill(&s->canvas, x + s->panel_width / 2 - 1, y + LABEL, 2, s->panel_height, color_hex(ink_paper));
+    place_tag(s, index, 0, left);
+    place_tag(s, index, 1, right);
+}
+
 typedef struct preset_row {
     const char *name;
     gtao_preset preset;
     int repeat;
-    result result;
+    result result, filtered; /* filtered: of those rows whose pictures show it */
 } preset_row;
 
 enum {
@@ -384,7 +432,7 @@ static void place_table(sheet *s, const preset_row *rows, const scene *sc) {
     canvas_text(
         &s->canvas, left, top + 38.0f + (float)(PRESETS * LINE) + 14.0f, CANVAS_LEFT, CANVAS_REGULAR, 14.0f,
         color_hex(ink_soft),
-        "One frame, no denoising; one thread, median of several runs, bent normals included. Error over surface "
+        "One frame, not filtered; one thread, median of several runs, bent normals included. Error over surface "
         "pixels against the ray-traced truth, which sees what one depth layer cannot: the sides that are "
         "hidden, and what lies outside the picture.");
 }
@@ -445,11 +493,11 @@ static int make_sheet(sheet *s, const char *path, const scene *sc, const gtao_de
     paint_bent(&picture, sc, &best->bent);
     place_panel(s, 2, &picture, "Bent normals", "mean unoccluded direction");
 
-    paint_visibility(&picture, sc, &best->visibility);
+    paint_visibility(&picture, sc, &best->visibility, &best->visibility);
     sampling_text(best, text, sizeof text);
     snprintf(note, sizeof note, "%s, %s", rows[PICTURE_BEST].name, text);
     place_panel(s, 3, &picture, "Visibility", note);
-    paint_visibility(&picture, sc, &sc->truth);
+    paint_visibility(&picture, sc, &sc->truth, &sc->truth);
     snprintf(note, sizeof note, "%d rays a pixel", sc->rays_per_pixel);
     place_panel(s, 4, &picture, "Ray-traced truth", sc->rays_per_pixel ? note : "");
     paint_difference(&picture, sc, &best->visibility);
@@ -458,20 +506,18 @@ static int make_sheet(sheet *s, const char *path, const scene *sc, const gtao_de
     place_subtitle(s, 5, "Difference", note);
     place_scale(s, 5, color_difference, -1.0f, 1.0f, "too dark  −0.5", "+0.5  too bright");
 
-    paint_visibility(&picture, sc, &raw->visibility);
+    const result *filtered = &rows[PICTURE_RAW].filtered;
+    paint_visibility(&picture, sc, &raw->visibility, &filtered->visibility);
     sampling_text(raw, text, sizeof text);
-    snprintf(note, sizeof note, "%s, %.1f ms", text, raw->total_ms);
+    snprintf(note, sizeof note, "%s, %.1f ms", text, filtered->total_ms);
     snprintf(text, sizeof text, "Visibility, %s preset", rows[PICTURE_RAW].name);
     place_panel(s, 6, &picture, text, note);
+    place_halves(s, 6, "as computed", "filtered");
     paint_multi_bounce(&picture, sc, &best->visibility);
     snprintf(note, sizeof note, "albedo %.2f, %.2f, %.2f", (double)demo_albedo[0], (double)demo_albedo[1],
              (double)demo_albedo[2]);
     place_panel(s, 7, &picture, "Multiple bounces", note);
-    int x, y;
-    panel_at(s, 7, &x, &y);
-    canvas_fill(&s->canvas, x + w / 2 - 1, y + LABEL, 2, h, color_hex(ink_paper));
-    place_tag(s, 7, 0, "one bounce");
-    place_tag(s, 7, 1, "all bounces");
+    place_halves(s, 7, "one bounce", "all bounces");
     paint_ambient(&picture, sc, best);
     place_panel(s, 8, &picture, "Ambient light", "evening sky along the bent normal");
     place_table(s, rows, sc);
@@ -494,11 +540,11 @@ static int make_strip(sheet *s, const scene *sc, const preset_row *row, image_er
     if (ok) {
         canvas_fill(&s->canvas, 0, 0, s->canvas.width, s->canvas.height, color_hex(ink_paper));
         place_depth(s, 0, &picture, sc, near_z, far_z);
-        paint_visibility(&picture, sc, &row->result.visibility);
+        paint_visibility(&picture, sc, &row->filtered.visibility, &row->filtered.visibility);
         sampling_text(&row->result, text, sizeof text);
-        snprintf(note, sizeof note, "%s, %.0f ms on one core", text, row->result.total_ms);
+        snprintf(note, sizeof note, "%s, filtered, %.0f ms on one core", text, row->filtered.total_ms);
         place_panel(s, 1, &picture, "Visibility", note);
-        paint_visibility(&picture, sc, &sc->truth);
+        paint_visibility(&picture, sc, &sc->truth, &sc->truth);
         snprintf(note, sizeof note, "%d rays a pixel", sc->rays_per_pixel);
         place_panel(s, 2, &picture, "Ray-traced truth", sc->rays_per_pixel ? note : "");
     }
@@ -584,6 +630,8 @@ int main(int argc, char **argv) {
     for (int i = 0; ok && i < PRESETS; ++i) {
         desc.preset = rows[i].preset;
         ok = compute(&sc, &desc, 1, rows[i].repeat, &rows[i].result);
+        if (ok && (i == PICTURE_RAW || i == PICTURE_STRIP))
+            ok = compute_filtered(&sc, &desc, rows[i].repeat, &rows[i].filtered);
     }
     if (ok) {
         sheet s;
@@ -605,8 +653,10 @@ int main(int argc, char **argv) {
         image_free(&s.canvas);
         canvas_free_fonts();
     }
-    for (int i = 0; i < PRESETS; ++i)
+    for (int i = 0; i < PRESETS; ++i) {
         free_result(&rows[i].result);
+        free_result(&rows[i].filtered);
+    }
     scene_free(&sc);
     return ok ? 0 : 2;
 }
