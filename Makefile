@@ -205,7 +205,7 @@ bench-gis: build/bake build/bake_bench | build/setup/gis
 	tests/bench/gis.sh
 
 test: $(suite_programs) $(programs) bake-mpi port | build/setup/test
-	@tests/run.sh $(suite_programs) tests/determinism.sh tests/instructions.sh
+	@tests/run.sh $(suite_programs) tests/docs.sh tests/determinism.sh tests/instructions.sh
 
 suites: $(suite_programs) $(programs) bake-mpi port
 	@tests/run.sh $(suite_programs)
