@@ -866,7 +866,7 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #pragma GCC diagnostic ignored "-Wuninitialized"
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #pragma GCC push_options
-#pragma GCC optimize("fp-contract=off")
+#pragma GCC optimize("fp-contract=off", "no-tree-pre") /* without it: 4 % less to compile, 1 % less to run */
 #if defined(__i386__)
 #pragma GCC target("sse2,fpmath=sse")
 #endif
