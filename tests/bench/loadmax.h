@@ -14,5 +14,12 @@ double loadmax_samples(const loadmax *l); /* per pixel, mean over the 16 phases 
 const char *loadmax_isa(void);
 
 void loadmax_run(loadmax *l);
+double loadmax_sum(const loadmax *l); /* of the last rows' results: to check one against another */
+
+/* The same with depth in half floats. */
+loadmax *loadmax_half_open(const view *v, int steps, float radius_px);
+void loadmax_half_close(loadmax *l);
+void loadmax_half_run(loadmax *l);
+double loadmax_half_sum(const loadmax *l);
 
 #endif

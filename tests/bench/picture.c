@@ -138,6 +138,20 @@ bool picture_open(picture *p, const char *name, int width, int height, pool *thr
     return true;
 }
 
+void picture_reserve(picture *p, const gtao_desc *desc) {
+    size_t size = gtao_scratch_size(desc);
+    if (size <= p->scratch_size)
+        return;
+    free(p->scratch);
+    p->scratch = malloc(size);
+    if (!p->scratch) {
+        fprintf(stderr, "bench: out of memory\n");
+        exit(1);
+    }
+    p->scratch_size = size;
+    memset(p->scratch, 0, size);
+}
+
 double radius_px(const picture *p, double cap) {
     double sum = 0, count = 0;
     for (size_t i = 0; i < view_pixels(&p->view); ++i)

@@ -28,6 +28,8 @@ bool picture_render(picture *p, const char *name, int width, int height, pool *t
 /* And the rest. Also of the files in tests/data, at their own size: courtyard, scans, study, jacksboro. */
 bool picture_open(picture *p, const char *name, int width, int height, pool *threads);
 void picture_close(picture *p);
+/* Makes the scratch of p, at least 160 bytes a pixel, large enough for these settings. Ends the program if it cannot. */
+void picture_reserve(picture *p, const gtao_desc *desc);
 
 typedef struct job {
     gtao_desc desc;

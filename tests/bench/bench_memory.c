@@ -1,0 +1,434 @@
+/* bench_memory - memory and what it does to gtao.h: bandwidth, large images with and without huge pages, and what
+ * heights in 16 bits would save and cost.
+ *
+ *     build/bench_memory [--quick] DIRECTORY
+ *
+ * Writes build/bench/memory.csv and the tables memory-streams.md, memory-images.md, half-error.md, half-floor.md and
+ * half-gain.md into DIRECTORY. One thread and its processor time, medians of interleaved runs. */
+#define _DEFAULT_SOURCE /* madvise */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+
+#include "dataset.h"
+#include "examples/common/cli.h"
+#include "half.h"
+#include "loadmax.h"
+#include "picture.h"
+
+static FILE *csv;
+static const char *directory;
+
+static FILE *table(const char *name) {
+    char path[512];
+    snprintf(path, sizeof path, "%s/%s.md", directory, name);
+    FILE *to = fopen(path, "w");
+    if (!to) {
+        fprintf(stderr, "bench_memory: %s: cannot be written\n", path);
+        exit(1);
+    }
+    return to;
+}
+
+static void out_of_memory(void) {
+    fprintf(stderr, "bench_memory: out of memory\n");
+    exit(1);
+}
+
+/* ---- pages ------------------------------------------------------------------------------------------------------- */
+
+enum { HUGE_PAGE = 2 << 20 };
+
+typedef struct block {
+    void *at, *mapped;
+    size_t size;
+} block;
+
+/* Touched memory on pages of 4 KiB, or where the system gives them of 2 MiB. */
+static block block_open(size_t size, bool huge) {
+    block b;
+    b.size = (size + 2 * HUGE_PAGE - 1) / HUGE_PAGE * HUGE_PAGE;
+    b.mapped = mmap(NULL, b.size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (b.mapped == MAP_FAILED)
+        out_of_memory();
+#if defined(MADV_HUGEPAGE) && defined(MADV_NOHUGEPAGE)
+    if (madvise(b.mapped, b.size, huge ? MADV_HUGEPAGE : MADV_NOHUGEPAGE) != 0 && huge)
+        fprintf(stderr, "bench_memory: no huge pages here\n");
+#endif
+    b.at = (char *)b.mapped + (HUGE_PAGE - (size_t)((uintptr_t)b.mapped % HUGE_PAGE)) % HUGE_PAGE;
+    memset(b.mapped, 0, b.size);
+    return b;
+}
+
+static void block_close(block *b) {
+    munmap(b->mapped, b->size);
+}
+
+/* MiB of the process that lie on huge pages. */
+static double huge_mib(void) {
+    char line[256];
+    double kib = 0;
+    FILE *file = fopen("/proc/self/smaps_rollup", "r");
+    while (file && fgets(line, sizeof line, file))
+        if (sscanf(line, "AnonHugePages: %lf", &kib) == 1)
+            break;
+    if (file)
+        fclose(file);
+    return kib / 1024;
+}
+
+/* ---- bandwidth --------------------------------------------------------------------------------------------------- */
+
+typedef struct stream {
+    char *at;
+    size_t size;
+    int times;
+    uint32_t sum;
+} stream;
+
+static void run_read(void *user) {
+    enum { N = 64 };
+    stream *s = user;
+    uint32_t sum[N] = {0};
+    const uint32_t *p = (const uint32_t *)(const void *)s->at;
+    for (int r = 0; r < s->times; ++r)
+        for (size_t i = 0; i < s->size / sizeof *p; i += N)
+            for (int k = 0; k < N; ++k)
+                sum[k] += p[i + (size_t)k];
+    for (int k = 0; k < N; ++k)
+        s->sum += sum[k];
+}
+
+static void run_write(void *user) {
+    stream *s = user;
+    volatile int byte = 1; /* each round is to be written */
+    for (int r = 0; r < s->times; ++r)
+        memset(s->at, byte + r, s->size);
+}
+
+static void run_copy(void *user) {
+    stream *s = user;
+    for (int r = 0; r < s->times; ++r) {
+        memcpy(s->at, s->at + s->size / 2, s->size / 2);
+        s->sum += (unsigned char)s->at[(size_t)r % s->size];
+    }
+}
+
+/* Returns ns for each byte read and written, from memory of 4 KiB pages. */
+static void streams(bool quick, double *read_ns, double *write_ns) {
+    static const size_t sizes[] = {32 << 10, 512 << 10, 8 << 20, 64 << 20};
+    enum { SIZES = 6 };
+    size_t large = quick ? (size_t)256 << 20 : (size_t)1 << 30;
+    FILE *to = table("memory-streams");
+    fprintf(to, "| memory | read: GB/s | write | copy (bytes copied) |\n|---|--:|--:|--:|\n");
+    for (int k = 0; k < SIZES; ++k) {
+        bool huge = k == SIZES - 1;
+        size_t size = k < 4 ? sizes[k] : large;
+        block b = block_open(size, huge);
+        stream s = {b.at, size, (int)((quick ? large / 2 : large) / size), 0};
+        s.times = s.times ? s.times : 1;
+        timed t[3] = {{run_read, &s, 0}, {run_write, &s, 0}, {run_copy, &s, 0}};
+        measure(t, 3, 5, thread_seconds);
+        double bytes = (double)size * s.times, mib = (double)size / (1 << 20);
+        fprintf(to, mib < 1 ? "| %.0f KiB%s |" : "| %.0f MiB%s |", mib < 1 ? 1024 * mib : mib,
+                huge    ? ", huge pages"
+                : k < 4 ? ""
+                        : ", 4 KiB pages");
+        fprintf(to, " %.1f | %.1f | %.1f |\n", 1e-9 * bytes / t[0].seconds, 1e-9 * bytes / t[1].seconds,
+                0.5e-9 * bytes / t[2].seconds);
+        if (!huge)
+            *read_ns = 1e9 * t[0].seconds / bytes, *write_ns = 1e9 * t[1].seconds / bytes;
+        block_close(&b);
+    }
+    fclose(to);
+}
+
+/* ---- large images ------------------------------------------------------------------------------------------------ */
+
+enum { KINDS = 3 }; /* no huge pages; huge pages for the scratch; for all buffers */
+
+/* Two settings on three kinds of pages: radius at most 100 pixels, and growing with the width of the image. */
+static void image_rows(FILE *to, const picture *p, double read_ns, double write_ns, int repeat) {
+    static const char *const kinds[KINDS] = {"4 KiB", "scratch huge", "all huge"};
+    enum { N = 2 * KINDS };
+    size_t n = view_pixels(&p->view), size = 0;
+    job jobs[N];
+    timed t[3 * N];
+    block scratch[KINDS], buffers[2];
+    picture copies[KINDS];
+    for (int k = 0; k < N; ++k) {
+        jobs[k] = production(p);
+        if (k >= KINDS)
+            jobs[k].desc.max_radius_px = (int)((long)PICTURE_CAP_PX * p->view.width / PICTURE_WIDTH);
+        size_t need = gtao_scratch_size(&jobs[k].desc);
+        size = need > size ? need : size;
+    }
+    for (int huge = 0; huge < 2; ++huge) { /* z, normals, visibility */
+        buffers[huge] = block_open(5 * n * sizeof(float), huge);
+        memcpy(buffers[huge].at, p->z, n * sizeof(float));
+        memcpy((float *)buffers[huge].at + n, p->normals, 3 * n * sizeof(float));
+    }
+    for (int kind = 0; kind < KINDS; ++kind) {
+        scratch[kind] = block_open(size, kind > 0);
+        copies[kind] = *p;
+        copies[kind].scratch = scratch[kind].at, copies[kind].scratch_size = size;
+    }
+    double mib = huge_mib();
+    for (int k = 0; k < N; ++k) {
+        int kind = k % KINDS;
+        float *base = buffers[kind == 2].at;
+        jobs[k].picture = &copies[kind];
+        jobs[k].desc.depth = base, jobs[k].desc.normals = base + n;
+        jobs[k].output.visibility = base + 4 * n;
+        t[3 * k] = (timed){run_begin, &jobs[k], 0};
+        t[3 * k + 1] = (timed){run_prepare, &jobs[k], 0};
+        t[3 * k + 2] = (timed){run_visibility, &jobs[k], 0};
+    }
+    measure(t, 3 * N, repeat, thread_seconds);
+    for (int half = 0; half < 2; ++half) {
+        int cap = jobs[half * KINDS].desc.max_radius_px, w = p->view.width;
+        double reach = 4.0 * w * (2 * cap + GTAO_STRIP) / (1 << 20);
+        fprintf(to, "| %dx%d | %d px | %.1f | %.1f | %.0f |", w, p->view.height, cap, 4.0 * (double)n / (1 << 20),
+                reach, reach * 256);
+        for (int stage = 1; stage < 3; ++stage) {
+            for (int kind = 0; kind < KINDS; ++kind) {
+                double ns = ns_a_pixel(&t[3 * (half * KINDS + kind) + stage], p);
+                fprintf(to, " %.2f |", ns);
+                fprintf(csv, "%s,%s %s,%.4g,%.4g\n", stage == 1 ? "prepare" : "visibility", half ? "growing" : "100 px",
+                        kinds[kind], 1e-6 * (double)n, ns);
+            }
+            /* depth in, heights out; heights, normals in, visibility out */
+            fprintf(to, " %.2f |", stage == 1 ? 4 * read_ns + 4 * write_ns : 16 * read_ns + 4 * write_ns);
+        }
+        fprintf(to, " %.0f |\n", mib);
+    }
+    for (int kind = 0; kind < KINDS; ++kind)
+        block_close(&scratch[kind]);
+    block_close(&buffers[0]), block_close(&buffers[1]);
+}
+
+/* Leaves the largest of 16:9 open. */
+static void images(picture *largest, bool quick, pool *threads, double read_ns, double write_ns) {
+    static const int sizes[][2] = {{640, 480}, {960, 540}, {1920, 1080}, {3840, 2160}, {16384, 2048}, {7680, 4320}};
+    FILE *to = table("memory-images");
+    fprintf(to,
+            "| image | radius at most | heights, MiB | rows in reach, MiB | pages of them | prepare: 4 KiB pages, ns a "
+            "pixel | scratch on huge pages | all on huge pages | streaming it | visibility: 4 KiB pages | scratch "
+            "on huge pages | all on huge pages | streaming it | MiB on huge pages |\n"
+            "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+    int count = quick ? 3 : 6;
+    for (int k = 0; k < count; ++k) {
+        picture p;
+        if (!picture_render(&p, "stairs", sizes[k][0], sizes[k][1], threads))
+            exit(1);
+        image_rows(to, &p, read_ns, write_ns, quick ? 3 : k < 3 ? 9 : 3);
+        if (k == count - 1)
+            *largest = p;
+        else
+            picture_close(&p);
+    }
+    fclose(to);
+}
+
+/* ---- heights in 16 bits ------------------------------------------------------------------------------------------ */
+
+enum { DEPTH_HALF, HEIGHT_HALF, HEIGHT_FIXED, FORMATS };
+
+/* z as it comes back from 16 bits. Heights 1 / z are scaled to at most 2^15, or to the range of the integers. */
+static void round_depth(float *to, const picture *p, int format) {
+    size_t n = view_pixels(&p->view);
+    float most = 0;
+    int exponent;
+    for (size_t i = 0; i < n; ++i)
+        if (p->z[i] < VIEW_SKY)
+            most = fmaxf(most, 1 / p->z[i]);
+    frexpf(most, &exponent);
+    float scale = ldexpf(1, 15 - exponent);
+    for (size_t i = 0; i < n; ++i) {
+        float w = p->z[i] < VIEW_SKY ? 1 / p->z[i] : 0;
+        if (format == DEPTH_HALF)
+            to[i] = half_to_float(half_from(p->z[i]));
+        else if (format == HEIGHT_HALF)
+            to[i] = 1 / (half_to_float(half_from(w * scale)) / scale);
+        else
+            to[i] = 1 / (roundf(w / most * 65535) / 65535 * most);
+    }
+}
+
+static float compute(const job *j) {
+    gtao_stats stats;
+    memset(&stats, 0, sizeof stats);
+    if (gtao_compute(&j->desc, &j->output, j->picture->scratch, j->picture->scratch_size, &stats) != GTAO_OK)
+        out_of_memory();
+    return (float)stats.open / (float)stats.pixels;
+}
+
+static void half_errors(bool quick, pool *threads) {
+    static const float tolerances[] = {0, 0.001f, 0.01f, 0.1f};
+    enum { TOLERANCES = 4 };
+    FILE *to = table("half-error"), *floor = table("half-floor");
+    int scenes = quick ? 2 : bench_scene_count();
+    double square[TOLERANCES][1 + FORMATS] = {{0}}, most[TOLERANCES][1 + FORMATS] = {{0}};
+    double open[TOLERANCES][1 + FORMATS] = {{0}}, derived_square[FORMATS] = {0}, derived_most[FORMATS] = {0};
+    fprintf(to,
+            "| scene | focal length, px | z in a half: RMSE (largest) | 1/z in a half | 1/z in 16 bits of its range "
+            "| the same, normals derived: z in a half | 1/z in a half | 1/z in 16 bits |\n"
+            "|---|--:|--:|--:|--:|--:|--:|--:|\n");
+    for (int s = 0; s < scenes; ++s) {
+        picture p;
+        if (!picture_open(&p, bench_scene_name(s), PICTURE_WIDTH, PICTURE_HEIGHT, threads))
+            exit(1);
+        size_t n = view_pixels(&p.view);
+        float *z = malloc(n * sizeof *z), *exact = malloc(n * sizeof *exact);
+        if (!z || !exact)
+            out_of_memory();
+        fprintf(to, "| %s | %.0f |", p.name, (double)p.view.focal_px);
+        for (int derived = 0; derived < 2; ++derived) {
+            job j = production(&p);
+            j.desc.slices = 4, j.desc.steps = 16;
+            if (derived)
+                j.desc.normals = NULL;
+            j.output.visibility = exact;
+            compute(&j);
+            j.output.visibility = p.visibility;
+            for (int k = 0; k < (derived ? 1 : TOLERANCES); ++k)
+                for (int f = 0; f <= FORMATS; ++f) { /* the last: floats */
+                    if (f < FORMATS)
+                        round_depth(z, &p, f);
+                    j.desc.depth = f < FORMATS ? z : p.z;
+                    j.desc.tolerance = tolerances[k];
+                    double known = (double)compute(&j);
+                    distance d = image_distance(&p.view, p.visibility, exact);
+                    if (derived && f < FORMATS) {
+                        derived_square[f] += d.rmse * d.rmse / scenes;
+                        derived_most[f] = fmax(derived_most[f], d.most);
+                    } else if (!derived) {
+                        square[k][f] += d.rmse * d.rmse / scenes, open[k][f] += known / scenes;
+                        most[k][f] = fmax(most[k][f], d.most);
+                    }
+                    if (k == 0 && f < FORMATS)
+                        fprintf(to, " %.4f (%.2f) |", d.rmse, d.most);
+                }
+        }
+        fprintf(to, "\n");
+        free(z), free(exact);
+        picture_close(&p);
+    }
+    fprintf(to, "| pooled | |");
+    for (int f = 0; f < FORMATS; ++f)
+        fprintf(to, " %.4f (%.2f) |", sqrt(square[0][f]), most[0][f]);
+    for (int f = 0; f < FORMATS; ++f)
+        fprintf(to, " %.4f (%.2f) |", sqrt(derived_square[f]), derived_most[f]);
+    fprintf(to, "\n");
+    fprintf(floor,
+            "| tolerance | floats: RMSE (largest), open pixels | z in a half | 1/z in a half | 1/z in 16 bits of "
+            "its range |\n|--:|--:|--:|--:|--:|\n");
+    for (int k = 0; k < TOLERANCES; ++k) {
+        fprintf(floor, "| %g |", (double)tolerances[k]);
+        for (int f = 0; f <= FORMATS; ++f) {
+            int column = (f + FORMATS) % (FORMATS + 1); /* floats first */
+            fprintf(floor, " %.4f (%.2f), %.1f %% |", sqrt(square[k][column]), most[k][column], 100 * open[k][column]);
+        }
+        fprintf(floor, "\n");
+    }
+    fclose(to), fclose(floor);
+}
+
+static void run_floats(void *user) {
+    loadmax_run(user);
+}
+
+static void run_halves(void *user) {
+    loadmax_half_run(user);
+}
+
+/* Halves loaded as halves and the same values loaded as floats have the same maxima. */
+static void check_halves(const picture *p) {
+    size_t n = view_pixels(&p->view);
+    float *z = malloc(n * sizeof *z);
+    if (!z)
+        out_of_memory();
+    for (size_t i = 0; i < n; ++i)
+        z[i] = half_to_float(half_from(p->z[i]));
+    view v = p->view;
+    v.z = z;
+    loadmax *a = loadmax_open(&v, 8, PICTURE_CAP_PX), *b = loadmax_half_open(&p->view, 8, PICTURE_CAP_PX);
+    if (!a || !b)
+        out_of_memory();
+    loadmax_run(a), loadmax_half_run(b);
+    if (!(loadmax_sum(a) == loadmax_half_sum(b))) {
+        fprintf(stderr, "bench_memory: halves differ: %g, %g\n", loadmax_sum(a), loadmax_half_sum(b));
+        exit(1);
+    }
+    loadmax_close(a), loadmax_half_close(b);
+    free(z);
+}
+
+static void half_gain(FILE *to, const picture *p, int repeat) {
+    static const int steps[] = {8, 16, 64};
+    enum { N = 3 };
+    job jobs[N];
+    timed t[3 * N];
+    picture copy = *p;
+    size_t n = view_pixels(&p->view);
+    copy.scratch = NULL, copy.scratch_size = 0;
+    copy.visibility = malloc(n * sizeof(float));
+    if (!copy.visibility)
+        out_of_memory();
+    for (int k = 0; k < N; ++k) {
+        jobs[k] = production(&copy);
+        jobs[k].desc.steps = steps[k];
+        picture_reserve(&copy, &jobs[k].desc);
+        loadmax *floats = loadmax_open(&p->view, steps[k], PICTURE_CAP_PX);
+        loadmax *halves = loadmax_half_open(&p->view, steps[k], PICTURE_CAP_PX);
+        if (!floats || !halves)
+            out_of_memory();
+        t[3 * k] = (timed){run_floats, floats, 0};
+        t[3 * k + 1] = (timed){run_halves, halves, 0};
+        t[3 * k + 2] = (timed){run_library, &jobs[k], 0};
+    }
+    measure(t, 3 * N, repeat, thread_seconds);
+    for (int k = 0; k < N; ++k) {
+        double a = ns_a_pixel(&t[3 * k], p), b = ns_a_pixel(&t[3 * k + 1], p), all = ns_a_pixel(&t[3 * k + 2], p);
+        fprintf(to, "| %dx%d | %d | %.2f | %.2f | %.2f | %.1f | %.1f %% |\n", p->view.width, p->view.height, steps[k],
+                a, b, a / b, all, 100 * (a - b) / all);
+        loadmax_close(t[3 * k].user), loadmax_half_close(t[3 * k + 1].user);
+    }
+    free(copy.visibility), free(copy.scratch);
+}
+
+int main(int argc, char **argv) {
+    bool quick = argc == 3 && strcmp(argv[1], "--quick") == 0;
+    if (argc != 2 + quick) {
+        fprintf(stderr, "usage: bench_memory [--quick] DIRECTORY\n");
+        return 2;
+    }
+    directory = argv[argc - 1];
+    double start = wall_seconds(), read_ns = 0, write_ns = 0;
+    pool *threads = pool_create(cli_processors());
+    picture large, small;
+    if (!threads || !make_folders("build/bench") || !make_folders(directory) ||
+        !(csv = fopen("build/bench/memory.csv", "w")))
+        return 1;
+    fprintf(csv, "stage,what,megapixels,ns\n");
+    streams(quick, &read_ns, &write_ns);
+    half_errors(quick, threads);
+    printf("  streams, halves' errors: %.0f s\n", wall_seconds() - start);
+    images(&large, quick, threads, read_ns, write_ns);
+    printf("  images: %.0f s\n", wall_seconds() - start);
+    if (!picture_render(&small, "stairs", PICTURE_WIDTH, PICTURE_HEIGHT, threads))
+        return 1;
+    check_halves(&small);
+    FILE *to = table("half-gain");
+    fprintf(to, "| image | samples a side | loads only, floats: ns a pixel | halves | times as fast | all of gtao.h, "
+                "floats | the difference, of all |\n|---|--:|--:|--:|--:|--:|--:|\n");
+    half_gain(to, &small, quick ? 3 : 9);
+    half_gain(to, &large, 3);
+    fclose(to);
+    picture_close(&small), picture_close(&large);
+    pool_destroy(threads);
+    printf("%.0f s\n", wall_seconds() - start);
+    return fclose(csv) == 0 ? 0 : 1;
+}
