@@ -147,28 +147,28 @@ static void streams(bool quick, double *read_ns, double *write_ns) {
 
 /* ---- large images ------------------------------------------------------------------------------------------------ */
 
-enum { KINDS = 3 }; /* no huge pages; huge pages for the scratch; for all buffers */
+enum { KINDS = 2 }; /* pages of 4 KiB; huge pages for the scratch */
 
-/* Two settings on three kinds of pages: radius at most 100 pixels, and growing with the width of the image. */
+/* Two settings on two kinds of pages: radius at most 100 pixels, and growing with the width of the image. */
 static void image_rows(FILE *to, const picture *p, double read_ns, double write_ns, int repeat) {
-    static const char *const kinds[KINDS] = {"4 KiB", "scratch huge", "all huge"};
+    static const char *const kinds[KINDS] = {"4 KiB", "huge"};
     enum { N = 2 * KINDS };
     size_t n = view_pixels(&p->view), size = 0;
     job jobs[N];
     timed t[3 * N];
-    block scratch[KINDS], buffers[2];
+    block scratch[KINDS];
     picture copies[KINDS];
+    int settings = p->view.width > 4 * p->view.height || p->view.width == PICTURE_WIDTH ? 1 : 2;
+    float *out = malloc(n * sizeof *out);
+    if (!out)
+        out_of_memory();
+    memset(out, 0, n * sizeof *out);
     for (int k = 0; k < N; ++k) {
         jobs[k] = production(p);
         if (k >= KINDS)
             jobs[k].desc.max_radius_px = (int)((long)PICTURE_CAP_PX * p->view.width / PICTURE_WIDTH);
         size_t need = gtao_scratch_size(&jobs[k].desc);
         size = need > size ? need : size;
-    }
-    for (int huge = 0; huge < 2; ++huge) { /* z, normals, visibility */
-        buffers[huge] = block_open(5 * n * sizeof(float), huge);
-        memcpy(buffers[huge].at, p->z, n * sizeof(float));
-        memcpy((float *)buffers[huge].at + n, p->normals, 3 * n * sizeof(float));
     }
     for (int kind = 0; kind < KINDS; ++kind) {
         scratch[kind] = block_open(size, kind > 0);
@@ -177,17 +177,14 @@ static void image_rows(FILE *to, const picture *p, double read_ns, double write_
     }
     double mib = huge_mib();
     for (int k = 0; k < N; ++k) {
-        int kind = k % KINDS;
-        float *base = buffers[kind == 2].at;
-        jobs[k].picture = &copies[kind];
-        jobs[k].desc.depth = base, jobs[k].desc.normals = base + n;
-        jobs[k].output.visibility = base + 4 * n;
+        jobs[k].picture = &copies[k % KINDS];
+        jobs[k].output.visibility = out;
         t[3 * k] = (timed){run_begin, &jobs[k], 0};
         t[3 * k + 1] = (timed){run_prepare, &jobs[k], 0};
         t[3 * k + 2] = (timed){run_visibility, &jobs[k], 0};
     }
-    measure(t, 3 * N, repeat, thread_seconds);
-    for (int half = 0; half < 2; ++half) {
+    measure(t, 3 * KINDS * settings, repeat, thread_seconds);
+    for (int half = 0; half < settings; ++half) {
         int cap = jobs[half * KINDS].desc.max_radius_px, w = p->view.width;
         double reach = 4.0 * w * (2 * cap + GTAO_STRIP) / (1 << 20);
         fprintf(to, "| %dx%d | %d px | %.1f | %.1f | %.0f |", w, p->view.height, cap, 4.0 * (double)n / (1 << 20),
@@ -206,24 +203,22 @@ static void image_rows(FILE *to, const picture *p, double read_ns, double write_
     }
     for (int kind = 0; kind < KINDS; ++kind)
         block_close(&scratch[kind]);
-    block_close(&buffers[0]), block_close(&buffers[1]);
+    free(out);
 }
 
 /* Leaves the largest of 16:9 open. */
 static void images(picture *largest, bool quick, pool *threads, double read_ns, double write_ns) {
     static const int sizes[][2] = {{640, 480}, {960, 540}, {1920, 1080}, {3840, 2160}, {16384, 2048}, {7680, 4320}};
     FILE *to = table("memory-images");
-    fprintf(to,
-            "| image | radius at most | heights, MiB | rows in reach, MiB | pages of them | prepare: 4 KiB pages, ns a "
-            "pixel | scratch on huge pages | all on huge pages | streaming it | visibility: 4 KiB pages | scratch "
-            "on huge pages | all on huge pages | streaming it | MiB on huge pages |\n"
-            "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+    fprintf(to, "| image | radius at most | heights: MiB | rows in reach: MiB | 4 KiB pages of them | prepare: ns a "
+                "pixel | huge pages | streaming it | visibility | huge pages | streaming it | MiB on huge pages |\n"
+                "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     int count = quick ? 3 : 6;
     for (int k = 0; k < count; ++k) {
         picture p;
         if (!picture_render(&p, "stairs", sizes[k][0], sizes[k][1], threads))
             exit(1);
-        image_rows(to, &p, read_ns, write_ns, quick ? 3 : k < 3 ? 9 : 3);
+        image_rows(to, &p, read_ns, write_ns, quick ? 3 : k < 3 ? 9 : 2 + (k == 3));
         if (k == count - 1)
             *largest = p;
         else
@@ -234,9 +229,10 @@ static void images(picture *largest, bool quick, pool *threads, double read_ns, 
 
 /* ---- heights in 16 bits ------------------------------------------------------------------------------------------ */
 
-enum { DEPTH_HALF, HEIGHT_HALF, HEIGHT_FIXED, FORMATS };
+enum { DEPTH_HALF, HEIGHT_HALF, HEIGHT_FIXED, HEIGHT_NEAR, FORMATS };
 
-/* z as it comes back from 16 bits. Heights 1 / z are scaled to at most 2^15, or to the range of the integers. */
+/* z as it comes back from 16 bits. Heights 1 / z are scaled to at most 2^15, or to the range of the integers; or to a
+ * 32nd of it, as when there is something so much nearer elsewhere in the picture. */
 static void round_depth(float *to, const picture *p, int format) {
     size_t n = view_pixels(&p->view);
     float most = 0;
@@ -245,7 +241,7 @@ static void round_depth(float *to, const picture *p, int format) {
         if (p->z[i] < VIEW_SKY)
             most = fmaxf(most, 1 / p->z[i]);
     frexpf(most, &exponent);
-    float scale = ldexpf(1, 15 - exponent);
+    float scale = ldexpf(1, 15 - exponent), steps = format == HEIGHT_NEAR ? 65535.0f / 32 : 65535.0f;
     for (size_t i = 0; i < n; ++i) {
         float w = p->z[i] < VIEW_SKY ? 1 / p->z[i] : 0;
         if (format == DEPTH_HALF)
@@ -253,10 +249,28 @@ static void round_depth(float *to, const picture *p, int format) {
         else if (format == HEIGHT_HALF)
             to[i] = 1 / (half_to_float(half_from(w * scale)) / scale);
         else
-            to[i] = 1 / (roundf(w / most * 65535) / 65535 * most);
+            to[i] = 1 / (roundf(w / most * steps) / steps * most);
     }
 }
 
+typedef struct difference {
+    double rmse, most;
+} difference;
+
+static difference compare(const picture *p, const float *a, const float *b) {
+    difference d = {0, 0};
+    double count = 0;
+    for (size_t i = 0; i < view_pixels(&p->view); ++i)
+        if (p->z[i] < VIEW_SKY) {
+            double e = fabs((double)a[i] - (double)b[i]);
+            d.rmse += e * e, count += 1;
+            d.most = fmax(d.most, e);
+        }
+    d.rmse = sqrt(d.rmse / fmax(count, 1));
+    return d;
+}
+
+/* Returns the share of open pixels. */
 static float compute(const job *j) {
     gtao_stats stats;
     memset(&stats, 0, sizeof stats);
@@ -273,9 +287,9 @@ static void half_errors(bool quick, pool *threads) {
     double square[TOLERANCES][1 + FORMATS] = {{0}}, most[TOLERANCES][1 + FORMATS] = {{0}};
     double open[TOLERANCES][1 + FORMATS] = {{0}}, derived_square[FORMATS] = {0}, derived_most[FORMATS] = {0};
     fprintf(to,
-            "| scene | focal length, px | z in a half: RMSE (largest) | 1/z in a half | 1/z in 16 bits of its range "
-            "| the same, normals derived: z in a half | 1/z in a half | 1/z in 16 bits |\n"
-            "|---|--:|--:|--:|--:|--:|--:|--:|\n");
+            "| scene | z in a half: RMSE (largest) | 1/z in a half | 1/z in 16 bits | of a range 32 times as large | "
+            "normals derived: z in a half | 1/z in a half | 1/z in 16 bits | of 32 times the range |\n"
+            "|---|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     for (int s = 0; s < scenes; ++s) {
         picture p;
         if (!picture_open(&p, bench_scene_name(s), PICTURE_WIDTH, PICTURE_HEIGHT, threads))
@@ -284,7 +298,7 @@ static void half_errors(bool quick, pool *threads) {
         float *z = malloc(n * sizeof *z), *exact = malloc(n * sizeof *exact);
         if (!z || !exact)
             out_of_memory();
-        fprintf(to, "| %s | %.0f |", p.name, (double)p.view.focal_px);
+        fprintf(to, "| %s |", p.name);
         for (int derived = 0; derived < 2; ++derived) {
             job j = production(&p);
             j.desc.slices = 4, j.desc.steps = 16;
@@ -300,7 +314,7 @@ static void half_errors(bool quick, pool *threads) {
                     j.desc.depth = f < FORMATS ? z : p.z;
                     j.desc.tolerance = tolerances[k];
                     double known = (double)compute(&j);
-                    distance d = image_distance(&p.view, p.visibility, exact);
+                    difference d = compare(&p, p.visibility, exact);
                     if (derived && f < FORMATS) {
                         derived_square[f] += d.rmse * d.rmse / scenes;
                         derived_most[f] = fmax(derived_most[f], d.most);
@@ -316,15 +330,14 @@ static void half_errors(bool quick, pool *threads) {
         free(z), free(exact);
         picture_close(&p);
     }
-    fprintf(to, "| pooled | |");
+    fprintf(to, "| pooled |");
     for (int f = 0; f < FORMATS; ++f)
         fprintf(to, " %.4f (%.2f) |", sqrt(square[0][f]), most[0][f]);
     for (int f = 0; f < FORMATS; ++f)
         fprintf(to, " %.4f (%.2f) |", sqrt(derived_square[f]), derived_most[f]);
     fprintf(to, "\n");
-    fprintf(floor,
-            "| tolerance | floats: RMSE (largest), open pixels | z in a half | 1/z in a half | 1/z in 16 bits of "
-            "its range |\n|--:|--:|--:|--:|--:|\n");
+    fprintf(floor, "| tolerance | floats: RMSE (largest), open pixels | z in a half | 1/z in a half | 1/z in 16 bits | "
+                   "of a range 32 times as large |\n|--:|--:|--:|--:|--:|--:|\n");
     for (int k = 0; k < TOLERANCES; ++k) {
         fprintf(floor, "| %g |", (double)tolerances[k]);
         for (int f = 0; f <= FORMATS; ++f) {
@@ -366,37 +379,45 @@ static void check_halves(const picture *p) {
     free(z);
 }
 
-static void half_gain(FILE *to, const picture *p, int repeat) {
-    static const int steps[] = {8, 16, 64};
-    enum { N = 3 };
-    job jobs[N];
-    timed t[3 * N];
+/* The loads alone, both ways; all of gtao.h; and what it has for large radii, far samples of 4x4 pixels as one. */
+static void half_gain(FILE *to, const picture *p, int cap, int steps, int repeat) {
+    enum { FLOATS, HALVES, EXACT, FAR, N };
+    static const int formats[] = {HEIGHT_HALF, HEIGHT_FIXED};
     picture copy = *p;
     size_t n = view_pixels(&p->view);
+    float *exact = malloc(n * sizeof *exact), *z = malloc(n * sizeof *z);
+    loadmax *floats = loadmax_open(&p->view, steps, (float)cap);
+    loadmax *halves = loadmax_half_open(&p->view, steps, (float)cap);
     copy.scratch = NULL, copy.scratch_size = 0;
     copy.visibility = malloc(n * sizeof(float));
-    if (!copy.visibility)
+    if (!copy.visibility || !exact || !z || !floats || !halves)
         out_of_memory();
-    for (int k = 0; k < N; ++k) {
-        jobs[k] = production(&copy);
-        jobs[k].desc.steps = steps[k];
-        picture_reserve(&copy, &jobs[k].desc);
-        loadmax *floats = loadmax_open(&p->view, steps[k], PICTURE_CAP_PX);
-        loadmax *halves = loadmax_half_open(&p->view, steps[k], PICTURE_CAP_PX);
-        if (!floats || !halves)
-            out_of_memory();
-        t[3 * k] = (timed){run_floats, floats, 0};
-        t[3 * k + 1] = (timed){run_halves, halves, 0};
-        t[3 * k + 2] = (timed){run_library, &jobs[k], 0};
+    job j = production(&copy), far_samples;
+    j.desc.steps = steps, j.desc.max_radius_px = cap;
+    far_samples = j;
+    far_samples.desc.far_depth = GTAO_FAR_AVERAGE;
+    picture_reserve(&copy, &j.desc);
+    picture_reserve(&copy, &far_samples.desc);
+    timed t[N] = {
+        {run_floats, floats, 0}, {run_halves, halves, 0}, {run_library, &j, 0}, {run_library, &far_samples, 0}};
+    measure(t, N, repeat, thread_seconds);
+    fprintf(to, "| %dx%d | %d px | %d | %.2f | %.2f | %.1f | %.0f %% |", p->view.width, p->view.height, cap, steps,
+            ns_a_pixel(&t[FLOATS], p), ns_a_pixel(&t[HALVES], p), ns_a_pixel(&t[EXACT], p),
+            100 * (t[FLOATS].seconds - t[HALVES].seconds) / t[EXACT].seconds);
+    compute(&far_samples);
+    memcpy(z, copy.visibility, n * sizeof *z);
+    compute(&j);
+    memcpy(exact, copy.visibility, n * sizeof *exact);
+    fprintf(to, " %.1f (%.4f) |", ns_a_pixel(&t[FAR], p), compare(p, z, exact).rmse);
+    j.desc.depth = z;
+    for (int f = 0; f < 2; ++f) {
+        round_depth(z, p, formats[f]);
+        compute(&j);
+        fprintf(to, " %.4f |", compare(p, copy.visibility, exact).rmse);
     }
-    measure(t, 3 * N, repeat, thread_seconds);
-    for (int k = 0; k < N; ++k) {
-        double a = ns_a_pixel(&t[3 * k], p), b = ns_a_pixel(&t[3 * k + 1], p), all = ns_a_pixel(&t[3 * k + 2], p);
-        fprintf(to, "| %dx%d | %d | %.2f | %.2f | %.2f | %.1f | %.1f %% |\n", p->view.width, p->view.height, steps[k],
-                a, b, a / b, all, 100 * (a - b) / all);
-        loadmax_close(t[3 * k].user), loadmax_half_close(t[3 * k + 1].user);
-    }
-    free(copy.visibility), free(copy.scratch);
+    fprintf(to, "\n");
+    loadmax_close(floats), loadmax_half_close(halves);
+    free(copy.visibility), free(copy.scratch), free(exact), free(z);
 }
 
 int main(int argc, char **argv) {
@@ -422,10 +443,15 @@ int main(int argc, char **argv) {
         return 1;
     check_halves(&small);
     FILE *to = table("half-gain");
-    fprintf(to, "| image | samples a side | loads only, floats: ns a pixel | halves | times as fast | all of gtao.h, "
-                "floats | the difference, of all |\n|---|--:|--:|--:|--:|--:|--:|\n");
-    half_gain(to, &small, quick ? 3 : 9);
-    half_gain(to, &large, 3);
+    fprintf(to,
+            "| image | radius at most | samples a side | loads only, floats: ns a pixel | halves | all of gtao.h, "
+            "floats | the difference, of all | far samples of 4x4 pixels: ns a pixel (RMSE) | 1/z in a half: RMSE | "
+            "1/z in 16 bits |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+    half_gain(to, &small, PICTURE_CAP_PX, 8, quick ? 3 : 9);
+    half_gain(to, &small, PICTURE_CAP_PX, 64, quick ? 3 : 9);
+    half_gain(to, &large, PICTURE_CAP_PX, 16, 2);
+    half_gain(to, &large, PICTURE_CAP_PX * large.view.width / PICTURE_WIDTH, 8, 2);
+    half_gain(to, &large, PICTURE_CAP_PX * large.view.width / PICTURE_WIDTH, 64, 2);
     fclose(to);
     picture_close(&small), picture_close(&large);
     pool_destroy(threads);

@@ -54,10 +54,10 @@ enum { LANES = 1 };
 #define ISA "scalar"
 #endif
 
-enum { REACH = 128, PAD = REACH / 4 + 64, BLOCK = 4 * LANES, MOST_STEPS = 64 };
+enum { REACH = 128, BLOCK = 4 * LANES, MOST_STEPS = 64 }; /* REACH: at least so far beyond the image */
 
 struct loadmax {
-    int width, height, per_segment;
+    int width, height, per_segment, pad;
     ptrdiff_t segment, pitch;
     height *rows; /* image row 0 */
     float *out;
@@ -77,26 +77,29 @@ static ptrdiff_t offset_of(const loadmax *l, int phase_x, int qx, int qy) {
 
 loadmax *loadmax_open(const view *v, int steps, float radius_px) {
     loadmax *l = calloc(1, sizeof *l);
-    if (!l || steps > MOST_STEPS || radius_px > REACH) {
+    if (!l || steps > MOST_STEPS || !(radius_px <= 4096)) {
         free(l);
         return NULL;
     }
+    int reach = radius_px > REACH ? (int)radius_px + 1 : REACH;
     l->width = v->width, l->height = v->height;
+    l->pad = reach / 4 + 64;
     l->per_segment = (v->width + 3) / 4;
-    l->segment = l->per_segment + 2 * PAD;
+    l->segment = l->per_segment + 2 * l->pad;
     l->pitch = 4 * l->segment;
-    size_t rows = (size_t)(v->height + 2 * REACH), outs = (size_t)(l->per_segment + BLOCK) * 4;
+    size_t rows = (size_t)(v->height + 2 * reach), outs = (size_t)(l->per_segment + BLOCK) * 4;
     size_t heights = rows * (size_t)l->pitch * sizeof(height);
     l->memory = calloc(heights + outs * sizeof(float), 1);
     if (!l->memory) {
         free(l);
         return NULL;
     }
-    l->rows = (height *)l->memory + REACH * l->pitch;
+    l->rows = (height *)l->memory + reach * l->pitch;
     l->out = (float *)(void *)((char *)l->memory + heights); /* pitch is even: aligned */
     for (int y = 0; y < v->height; ++y)
         for (int x = 0; x < v->width; ++x)
-            l->rows[y * l->pitch + (x & 3) * l->segment + PAD + (x >> 2)] = HEIGHT(v->z[(ptrdiff_t)y * v->width + x]);
+            l->rows[y * l->pitch + (x & 3) * l->segment + l->pad + (x >> 2)] =
+                HEIGHT(v->z[(ptrdiff_t)y * v->width + x]);
     for (int phase = 0; phase < 16; ++phase) {
         float direction, jitter;
         gtao_noise_at(GTAO_NOISE_MEMO, phase & 3, phase >> 2, 0, &direction, &jitter);
@@ -135,7 +138,7 @@ void loadmax_run(loadmax *l) {
         for (int px = 0; px < 4; ++px) {
             int phase = 4 * (y & 3) + px, count = l->count[phase];
             const ptrdiff_t *offset = l->offset[phase];
-            const height *row = l->rows + y * l->pitch + px * l->segment + PAD;
+            const height *row = l->rows + y * l->pitch + px * l->segment + l->pad;
             float *out = l->out + px * (l->per_segment + BLOCK);
             for (int i = 0; i < l->per_segment; i += BLOCK) {
                 lanes a[4], b[4];
