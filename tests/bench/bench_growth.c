@@ -20,6 +20,7 @@
 
 static FILE *csv;
 static const char *directory;
+static pool *render; /* what scenes are rendered by */
 
 static FILE *table(const char *name) {
     char path[512];
@@ -75,41 +76,40 @@ static model fit(const double *slices, const double *samples, const double *ns, 
     return f;
 }
 
+/* Both sides. */
 static double samples_a_slice(const job *j) {
     return samples_a_pixel(j) / gtao_desc_slices(&j->desc);
 }
 
-/* Times of gtao_visibility_rows; what comes before it is run, and not counted. */
-static void time_visibility(job *jobs, double *ns, int count, int repeat) {
-    enum { MOST_JOBS = 64 };
-    timed t[3 * MOST_JOBS];
-    for (int k = 0; k < count; ++k) {
-        t[3 * k] = (timed){run_begin, &jobs[k], 0};
-        t[3 * k + 1] = (timed){run_prepare, &jobs[k], 0};
-        t[3 * k + 2] = (timed){run_visibility, &jobs[k], 0};
-    }
-    measure(t, 3 * count, repeat, thread_seconds);
-    for (int k = 0; k < count; ++k)
-        ns[k] = ns_a_pixel(&t[3 * k + 2], jobs[k].picture);
-}
+/* A setting with other slices and samples: steps of 4 to 32, in every-pixel mode radii of 12 to 100 pixels. */
+enum { GRID = 12 };
 
-/* Of a setting with other slices and samples: steps of 4 to 32, of every-pixel mode radii of 12 to 100. */
-static model model_of(const job *setting, int repeat) {
-    static const int slices[] = {1, 2, 4, 8}, steps[] = {4, 8, 16, 32}, caps[] = {12, 25, 50, 100};
-    enum { N = 16 };
-    job jobs[N];
-    double s[N], m[N], ns[N];
-    for (int k = 0; k < N; ++k) {
+static void grid(const job *setting, job *jobs) {
+    static const int slices[] = {1, 2, 4}, steps[] = {4, 8, 16, 32}, caps[] = {12, 25, 50, 100};
+    for (int k = 0; k < GRID; ++k) {
         jobs[k] = *setting;
         jobs[k].desc.slices = slices[k / 4];
         if (setting->desc.every_pixel)
             jobs[k].desc.max_radius_px = caps[k % 4];
         else
             jobs[k].desc.steps = steps[k % 4];
-        s[k] = slices[k / 4], m[k] = samples_a_slice(&jobs[k]);
     }
-    time_visibility(jobs, ns, N, repeat);
-    return fit(s, m, ns, N);
+}
+
+/* Three for a job: the stages one after the other. */
+static void stages_of(job *j, timed *t) {
+    t[0] = (timed){run_begin, j, 0};
+    t[1] = (timed){run_prepare, j, 0};
+    t[2] = (timed){run_visibility, j, 0};
+}
+
+static model fit_grid(const job *jobs, const timed *t) {
+    double s[GRID], m[GRID], ns[GRID];
+    for (int k = 0; k < GRID; ++k) {
+        s[k] = jobs[k].desc.slices, m[k] = samples_a_slice(&jobs[k]);
+        ns[k] = ns_a_pixel(&t[3 * k + 2], jobs[k].picture);
+    }
+    return fit(s, m, ns, GRID);
 }
 
 /* What settings change of the memo's: all that the model's coefficients depend on. */
@@ -155,80 +155,86 @@ static job variant(const picture *p, int k, float *sh) {
 static void model_row(FILE *to, const char *scene, const char *what, const model *f) {
     fprintf(to, "| %s | %s | %.2f | %.2f | %.3f | %.1f %% | %.1f %% |\n", scene, what, f->a, f->b, f->c, 100 * f->rms,
             100 * f->most);
-    fprintf(csv, "model,%s: %s,%.4g,%.4g\n", scene, what, f->a, f->b + 16 * f->c);
 }
 
-static void models(const picture *p, model *out, float *sh, pool *threads, bool quick) {
-    static const char *const scenes[SCENES] = {"stairs", "columns", "foliage", "terrain", "far", "village"};
+static const struct {
+    const char *name;
+    int slices; /* 0: the preset's */
+    gtao_preset preset;
+    int variant;                                 /* its model */
+} listed[] = {{NULL, 1, GTAO_PRESET_LOW, PLAIN}, /* not counted: it brings the picture back into the caches */
+              {"1 x 8, the memo's", 1, GTAO_PRESET_LOW, PLAIN},
+              {"low: 1 x 8, hard cutoff", 0, GTAO_PRESET_LOW, HARD},
+              {"medium: 2 x 12", 0, GTAO_PRESET_MEDIUM, HARD},
+              {"high: 4 x 16", 0, GTAO_PRESET_HIGH, HARD},
+              {"ultra: 8 x 32", 0, GTAO_PRESET_ULTRA, HARD},
+              {"reference: 32 x every pixel", 0, GTAO_PRESET_REFERENCE, EVERY},
+              {"1 x every pixel", 1, GTAO_PRESET_LOW, EVERY},
+              {"1 x 8, bent normals", 1, GTAO_PRESET_LOW, BENT},
+              {"1 x 8, harmonics", 1, GTAO_PRESET_LOW, HARMONICS},
+              {"1 x 8, derived normals", 1, GTAO_PRESET_LOW, DERIVED},
+              {"1 x 8, thickness", 1, GTAO_PRESET_LOW, THICK},
+              {"1 x 8, estimator of the memo", 1, GTAO_PRESET_LOW, MEMO}};
+enum { LISTED = sizeof listed / sizeof *listed };
+
+/* Everything interleaved in one measurement, so that the model and what it is compared with saw the same machine. */
+static void models(const picture *p, model *out, float *sh, int repeat) {
+    static job jobs[VARIANTS * GRID + LISTED];
+    static timed t[3 * (VARIANTS * GRID + LISTED)];
     FILE *to = table("cost-model");
     fprintf(to, "| scene | setting | a: a pixel | b: a slice | c: a sample | residuals: root mean square | largest |\n"
                 "|---|---|--:|--:|--:|--:|--:|\n");
     for (int k = 0; k < VARIANTS; ++k) {
         job j = variant(p, k, sh);
-        memset(&out[k], 0, sizeof out[k]);
-        if (!gtao_isa_available(variants[k].isa))
-            continue;
-        out[k] = model_of(&j, quick || variants[k].isa == GTAO_ISA_SCALAR ? 1 : 3);
-        model_row(to, p->name, variants[k].name, &out[k]);
-        printf("  %s: %.2f + slices (%.2f + %.3f samples), residuals %.1f %%\n", variants[k].name, out[k].a, out[k].b,
-               out[k].c, 100 * out[k].rms);
+        if (!gtao_isa_available(j.desc.isa))
+            j.desc.isa = GTAO_ISA_AUTO; /* not printed */
+        grid(&j, jobs + k * GRID);
     }
-    for (int k = 0; k < (quick ? 1 : SCENES); ++k) {
+    for (int k = 0; k < LISTED; ++k) {
+        job *j = &jobs[VARIANTS * GRID + k];
+        *j = variant(p, listed[k].variant, sh);
+        j->desc.preset = listed[k].preset;
+        if (!listed[k].slices)
+            j->desc.slices = j->desc.steps = 0;
+    }
+    for (int k = 0; k < VARIANTS * GRID + LISTED; ++k)
+        stages_of(&jobs[k], t + 3 * k);
+    measure(t, 3 * (VARIANTS * GRID + LISTED), repeat, thread_seconds);
+    for (int k = 0; k < VARIANTS; ++k) {
+        out[k] = fit_grid(jobs + k * GRID, t + 3 * k * GRID);
+        if (gtao_isa_available(variants[k].isa))
+            model_row(to, p->name, variants[k].name, &out[k]);
+    }
+    for (int k = 0; k < SCENES; ++k) {
+        static const char *const scenes[SCENES] = {"stairs", "columns", "foliage", "terrain", "far", "village"};
+        job few[GRID];
+        timed times[3 * GRID];
         picture q;
-        if (!picture_open(&q, scenes[k], PICTURE_WIDTH, PICTURE_HEIGHT, threads))
+        if (!picture_open(&q, scenes[k], PICTURE_WIDTH, PICTURE_HEIGHT, render))
             exit(1);
         job j = production(&q);
-        model f = model_of(&j, quick ? 1 : 3);
+        grid(&j, few);
+        for (int i = 0; i < GRID; ++i)
+            stages_of(&few[i], times + 3 * i);
+        measure(times, 3 * GRID, repeat, thread_seconds);
+        model f = fit_grid(few, times);
         model_row(to, q.name, variants[PLAIN].name, &f);
         picture_close(&q);
     }
     fclose(to);
-}
-
-/* ---- stages ------------------------------------------------------------------------------------------------------ */
-
-static void stages(const picture *p, const model *f, float *sh, int repeat) {
-    static const struct {
-        const char *name;
-        int slices; /* 0: the preset's */
-        gtao_preset preset;
-        int variant; /* its model */
-    } list[] = {{"1 x 8, the memo's", 1, GTAO_PRESET_LOW, PLAIN},
-                {"low: 1 x 8, hard cutoff", 0, GTAO_PRESET_LOW, HARD},
-                {"medium: 2 x 12", 0, GTAO_PRESET_MEDIUM, HARD},
-                {"high: 4 x 16", 0, GTAO_PRESET_HIGH, HARD},
-                {"ultra: 8 x 32", 0, GTAO_PRESET_ULTRA, HARD},
-                {"reference: 32 x every pixel", 0, GTAO_PRESET_REFERENCE, EVERY},
-                {"1 x every pixel", 1, GTAO_PRESET_LOW, EVERY},
-                {"1 x 8, bent normals", 1, GTAO_PRESET_LOW, BENT},
-                {"1 x 8, harmonics", 1, GTAO_PRESET_LOW, HARMONICS},
-                {"1 x 8, derived normals", 1, GTAO_PRESET_LOW, DERIVED},
-                {"1 x 8, thickness", 1, GTAO_PRESET_LOW, THICK},
-                {"1 x 8, estimator of the memo", 1, GTAO_PRESET_LOW, MEMO}};
-    enum { N = sizeof list / sizeof *list };
-    job jobs[N];
-    timed t[3 * N];
-    FILE *to = table("cost-stages");
-    for (int k = 0; k < N; ++k) {
-        jobs[k] = variant(p, list[k].variant, sh);
-        jobs[k].desc.preset = list[k].preset;
-        if (!list[k].slices)
-            jobs[k].desc.slices = jobs[k].desc.steps = 0;
-        t[3 * k] = (timed){run_begin, &jobs[k], 0};
-        t[3 * k + 1] = (timed){run_prepare, &jobs[k], 0};
-        t[3 * k + 2] = (timed){run_visibility, &jobs[k], 0};
-    }
-    measure(t, 3 * N, repeat, thread_seconds);
+    to = table("cost-stages");
     fprintf(to, "| setting | begin: ms | prepare: ns a pixel | visibility: ns a pixel | by the model: a pixel's own | "
-                "its slices' | its samples' | sum | against measured | share of samples |\n"
-                "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
-    for (int k = 0; k < N; ++k) {
-        const model *m = &f[list[k].variant];
-        double ns = ns_a_pixel(&t[3 * k + 2], p), s = gtao_desc_slices(&jobs[k].desc);
-        double slices = m->b * s, samples = m->c * samples_a_pixel(&jobs[k]), sum = m->a + slices + samples;
-        fprintf(to, "| %s | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %+.0f %% | %.0f %% |\n", list[k].name,
-                1e3 * t[3 * k].seconds, ns_a_pixel(&t[3 * k + 1], p), ns, m->a, slices, samples, sum,
-                100 * (sum / ns - 1), 100 * samples / sum);
+                "its slices' | its samples' | sum | against measured |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+    for (int k = 1; k < LISTED; ++k) {
+        const model *m = &out[listed[k].variant];
+        const job *j = &jobs[VARIANTS * GRID + k];
+        const timed *of = t + 3 * (VARIANTS * GRID + k);
+        double ns = ns_a_pixel(&of[2], p), slices = m->b * gtao_desc_slices(&j->desc);
+        double samples = m->c * samples_a_pixel(j), sum = m->a + slices + samples;
+        fprintf(to,
+                "| %s | %.2f | %.2f | %.1f | %.1f (%.0f %%) | %.1f (%.0f %%) | %.1f (%.0f %%) | %.1f | %+.0f %% |\n",
+                listed[k].name, 1e3 * of[0].seconds, ns_a_pixel(&of[1], p), ns, m->a, 100 * m->a / sum, slices,
+                100 * slices / sum, samples, 100 * samples / sum, sum, 100 * (sum / ns - 1));
     }
     fclose(to);
 }
@@ -310,21 +316,21 @@ static void settings(picture *p, const model *f, int repeat) {
         }
     }
     fprintf(to,
-            "\n\nThe model, fitted to 4 to 32 samples and 1 to 8 slices, without begin and prepare: %.0f %% off "
+            "\n\nThe model, fitted to 4 to 32 samples and 1 to 4 slices, without begin and prepare: %.0f %% off "
             "(root mean square) over this table.\n",
             100 * sqrt(square));
     fclose(to);
 }
 
 /* Wall time on two threads, and the processor time of both. */
-static void threads_and_chunks(const char *scene, pool *render, int repeat) {
+static void threads_and_chunks(const char *scene, int repeat) {
     static const struct {
         const char *name;
         int width;
         gtao_preset preset;
-    } work[] = {{"960x540, low", 960, GTAO_PRESET_LOW},
-                {"1920x1080, low", 1920, GTAO_PRESET_LOW},
-                {"1920x1080, high", 1920, GTAO_PRESET_HIGH}};
+    } work[] = {{"960x540 low", 960, GTAO_PRESET_LOW},
+                {"1920x1080 low", 1920, GTAO_PRESET_LOW},
+                {"1920x1080 high", 1920, GTAO_PRESET_HIGH}};
     static const int chunks[] = {8, 16, 32, 64, 128, 0}; /* 0: halves */
     enum { CHUNKS = 6, N = CHUNKS + 1 };
     int most = cli_processors() < 2 ? 1 : 2;
@@ -387,16 +393,19 @@ int main(int argc, char **argv) {
     float *sh = calloc(9 * view_pixels(&p.view), sizeof *sh);
     if (!sh)
         return 1;
-    models(&p, f, sh, threads, quick);
-    stages(&p, f, sh, quick ? 1 : 5);
-    settings(&p, &f[PLAIN], quick ? 1 : 3);
+    render = threads;
+    models(&p, f, sh, quick ? 1 : 3);
+    printf("  model: %.0f s\n", wall_seconds() - start);
+    settings(&p, &f[PLAIN], quick ? 1 : 2);
     free(sh);
     picture_close(&p);
     if (!picture_open(&p, "stairs", quick ? 960 : 1920, quick ? 540 : 1080, threads))
         return 1;
-    radii(&p, quick ? 1 : 5);
+    printf("  slices and samples: %.0f s\n", wall_seconds() - start);
+    radii(&p, quick ? 1 : 2);
     picture_close(&p);
-    threads_and_chunks("furniture", threads, quick ? 3 : 15);
+    printf("  radii: %.0f s\n", wall_seconds() - start);
+    threads_and_chunks("furniture", quick ? 3 : 7);
     pool_destroy(threads);
     printf("%.0f s\n", wall_seconds() - start);
     return fclose(csv) == 0 ? 0 : 1;

@@ -442,7 +442,6 @@ bool speed_run(bool quick) {
             scratch(&p);
         picture_close(&p);
     }
-    ok = ok && speed_skips(quick);
     ok = ok && resolutions(threads, quick ? 3 : 7, quick) && thread_counts(threads, repeat);
     pool_destroy(threads);
     fclose(csv);
