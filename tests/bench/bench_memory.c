@@ -3,8 +3,8 @@
  *
  *     build/bench_memory [--quick] DIRECTORY
  *
- * Writes build/bench/memory.csv and the tables memory-streams.md, memory-images.md, half-error.md, half-floor.md and
- * half-gain.md into DIRECTORY. One thread and its processor time, medians of interleaved runs. */
+ * Writes build/bench/memory.csv and the tables memory-streams.md, memory-images.md, memory-buffers.md, half-error.md,
+ * half-floor.md and half-gain.md into DIRECTORY. One thread and its processor time, medians of interleaved runs. */
 #define _DEFAULT_SOURCE /* madvise */
 #include <math.h>
 #include <stdio.h>
@@ -193,8 +193,9 @@ static void image_rows(FILE *to, const picture *p, double read_ns, double write_
             for (int kind = 0; kind < KINDS; ++kind) {
                 double ns = ns_a_pixel(&t[3 * (half * KINDS + kind) + stage], p);
                 fprintf(to, " %.2f |", ns);
-                fprintf(csv, "%s,%s %s,%.4g,%.4g\n", stage == 1 ? "prepare" : "visibility", half ? "growing" : "100 px",
-                        kinds[kind], 1e-6 * (double)n, ns);
+                fprintf(csv, "%s,%s%s %s,%.4g,%.4g\n", stage == 1 ? "prepare" : "visibility",
+                        half ? "growing" : "100 px", w > 4 * p->view.height ? " wide" : "", kinds[kind],
+                        1e-6 * (double)n, ns);
             }
             /* depth in, heights out; heights, normals in, visibility out */
             fprintf(to, " %.2f |", stage == 1 ? 4 * read_ns + 4 * write_ns : 16 * read_ns + 4 * write_ns);
@@ -225,6 +226,84 @@ static void images(picture *largest, bool quick, pool *threads, double read_ns, 
             picture_close(&p);
     }
     fclose(to);
+}
+
+/* ---- the caller's buffers ---------------------------------------------------------------------------------------- */
+
+typedef struct fresh {
+    job job;
+    bool output; /* visibility, too, in memory that was not touched before */
+} fresh;
+
+static void *untouched(size_t size) {
+    void *at = mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (at == MAP_FAILED)
+        out_of_memory();
+    return at;
+}
+
+static void run_fresh(void *user) {
+    fresh *f = user;
+    picture p = *f->job.picture;
+    job j = f->job;
+    size_t bytes = view_pixels(&p.view) * sizeof(float);
+    p.scratch_size = gtao_scratch_size(&j.desc);
+    p.scratch = untouched(p.scratch_size);
+    j.picture = &p;
+    if (f->output)
+        j.output.visibility = untouched(bytes);
+    run_library(&j);
+    if (f->output)
+        munmap(j.output.visibility, bytes);
+    munmap(p.scratch, p.scratch_size);
+}
+
+/* Rows `stride` bytes apart, or the last one first. */
+static float *spread(const float *from, int width, int height, size_t stride, bool flip) {
+    char *to = calloc((size_t)height, stride);
+    if (!to)
+        out_of_memory();
+    for (int y = 0; from && y < height; ++y)
+        memcpy(to + (size_t)(flip ? height - 1 - y : y) * stride, from + (size_t)y * (size_t)width,
+               (size_t)width * sizeof *from);
+    return (float *)(void *)to;
+}
+
+static void buffers(bool quick, pool *threads) {
+    static const char *const names[] = {"scratch used again, rows tightly packed",
+                                        "rows of depth, normals and output 8, 32 and 8 KiB apart",
+                                        "bottom row first (negative strides)", "scratch that was not touched before",
+                                        "scratch and output that were not touched before"};
+    enum { N = 5, WIDTH = 1920, HEIGHT = 1080 };
+    picture p;
+    if (!picture_open(&p, "stairs", WIDTH, HEIGHT, threads))
+        exit(1);
+    FILE *to = table("memory-buffers");
+    job tight = production(&p), spaced = tight, flipped = tight;
+    fresh scratch = {tight, false}, both = {tight, true};
+    float *z = spread(p.z, WIDTH, HEIGHT, 8192, false), *normals = spread(p.normals, 3 * WIDTH, HEIGHT, 32768, false);
+    float *last_z = spread(p.z, WIDTH, HEIGHT, 4 * WIDTH, true);
+    float *last_normals = spread(p.normals, 3 * WIDTH, HEIGHT, 12 * WIDTH, true);
+    float *out = spread(NULL, WIDTH, HEIGHT, 8192, false);
+    spaced.desc.depth = z, spaced.desc.depth_stride = 8192;
+    spaced.desc.normals = normals, spaced.desc.normal_stride = 32768;
+    spaced.output.visibility = out, spaced.output.visibility_stride = 8192;
+    flipped.desc.depth = last_z + (HEIGHT - 1) * WIDTH, flipped.desc.depth_stride = -4 * WIDTH;
+    flipped.desc.normals = last_normals + (HEIGHT - 1) * 3 * WIDTH, flipped.desc.normal_stride = -12 * WIDTH;
+    flipped.output.visibility = (float *)flipped.output.visibility + (HEIGHT - 1) * WIDTH;
+    flipped.output.visibility_stride = -4 * WIDTH;
+    timed t[N] = {{run_library, &tight, 0},
+                  {run_library, &spaced, 0},
+                  {run_library, &flipped, 0},
+                  {run_fresh, &scratch, 0},
+                  {run_fresh, &both, 0}};
+    measure(t, N, quick ? 3 : 15, thread_seconds);
+    fprintf(to, "| 1920x1080, 1 x 8 | ns a pixel | ratio |\n|---|--:|--:|\n");
+    for (int k = 0; k < N; ++k)
+        fprintf(to, "| %s | %.2f | %.2f |\n", names[k], ns_a_pixel(&t[k], &p), t[k].seconds / t[0].seconds);
+    fclose(to);
+    free(z), free(normals), free(last_z), free(last_normals), free(out);
+    picture_close(&p);
 }
 
 /* ---- heights in 16 bits ------------------------------------------------------------------------------------------ */
@@ -435,6 +514,7 @@ int main(int argc, char **argv) {
         return 1;
     fprintf(csv, "stage,what,megapixels,ns\n");
     streams(quick, &read_ns, &write_ns);
+    buffers(quick, threads);
     half_errors(quick, threads);
     printf("  streams, halves' errors: %.0f s\n", wall_seconds() - start);
     images(&large, quick, threads, read_ns, write_ns);
@@ -450,7 +530,6 @@ int main(int argc, char **argv) {
     half_gain(to, &small, PICTURE_CAP_PX, 8, quick ? 3 : 9);
     half_gain(to, &small, PICTURE_CAP_PX, 64, quick ? 3 : 9);
     half_gain(to, &large, PICTURE_CAP_PX, 16, 2);
-    half_gain(to, &large, PICTURE_CAP_PX * large.view.width / PICTURE_WIDTH, 8, 2);
     half_gain(to, &large, PICTURE_CAP_PX * large.view.width / PICTURE_WIDTH, 64, 2);
     fclose(to);
     picture_close(&small), picture_close(&large);

@@ -22,7 +22,7 @@ set title "slices and samples (furniture), lines: the model"
 set xlabel "samples a side"
 set xtics (4, 8, 16, 32, 64, 128, 256)
 set ytics (5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
-set xrange [3.5:300]; set yrange [4:8000]
+set xrange [3.5:360]; set yrange [4:8000]
 plot for [k in "32 16 8 4 2 1"] of("settings", "model ".k." slices") w l lw 1.5 lc rgb GREY notitle, \
      for [k in "32 16 8 4 2 1"] of("settings", k." slices") w p pt 7 lc rgb BLUE notitle, \
      for [k in "32 16 8 4 2 1"] of("settings", k." slices") u ($1 == 256 ? $1 * 1.05 : NaN):2:(k) w labels left notitle
@@ -32,19 +32,21 @@ set logscale x
 set title "image (stairs, 1 slice x 8)"
 set xlabel "megapixels"; set ylabel "ns per pixel"
 set xtics (0.3, 0.5, 1, 2, 4, 8, 16, 33); set ytics autofreq
-set xrange [0.25:45]; set yrange [0:*]
+set xrange [0.25:45]; set yrange [0:28]
 plot image("visibility", "growing 4 KiB") w lp lw 2 pt 6 lc rgb ORANGE title "visibility, cap growing with the image", \
      image("visibility", "growing huge") w lp lw 1 dt 2 pt 4 lc rgb RED title "on huge pages", \
      image("visibility", "100 px 4 KiB") w lp lw 3 pt 7 lc rgb BLUE title "visibility, cap 100 pixels", \
      image("visibility", "100 px huge") w lp lw 1 dt 2 pt 5 lc rgb PURPLE title "on huge pages", \
+     image("visibility", "100 px wide 4 KiB") w p pt 9 ps 1.5 lc rgb INK title "16384x2048, cap 100 pixels", \
      image("prepare", "100 px 4 KiB") w lp lw 2 pt 7 lc rgb GREEN title "prepare"
 
-set title "rows that a thread takes at a time (furniture, two threads)"
+set title "rows that a thread takes at a time (two threads)"
 set xlabel "rows, halves at the right"; set ylabel "times as fast as one thread"
 set xtics (8, 16, 32, 64, 128, 272, 544)
 set xrange [7:650]; set yrange [0:2.2]
 set key bottom left
-plot of("chunks", "960x540 low") w lp lw 2 pt 6 lc rgb ORANGE title "960x540, low", \
-     of("chunks", "1920x1080 low") w lp lw 2 pt 7 lc rgb GREEN title "1920x1080, low", \
-     of("chunks", "1920x1080 high") w lp lw 3 pt 7 lc rgb BLUE title "1920x1080, high"
+plot of("chunks", "furniture 960x540 low") w lp lw 2 pt 6 lc rgb ORANGE title "furniture, 960x540, low", \
+     of("chunks", "furniture 1920x1080 high") w lp lw 2 pt 7 lc rgb BLUE title "furniture, 1920x1080, high", \
+     of("chunks", "village 1920x1080 low") w lp lw 2 pt 7 lc rgb GREEN title "village, low", \
+     of("chunks", "village 1920x1080 high") w lp lw 2 pt 7 lc rgb RED title "village, high"
 unset multiplot
