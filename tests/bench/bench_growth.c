@@ -22,17 +22,6 @@ static FILE *csv;
 static const char *directory;
 static pool *render; /* what scenes are rendered by */
 
-static FILE *table(const char *name) {
-    char path[512];
-    snprintf(path, sizeof path, "%s/%s.md", directory, name);
-    FILE *to = fopen(path, "w");
-    if (!to) {
-        fprintf(stderr, "bench_growth: %s: cannot be written\n", path);
-        exit(1);
-    }
-    return to;
-}
-
 static void point(const char *group, const char *what, double x, double y) {
     fprintf(csv, "%s,%s,%.6g,%.6g\n", group, what, x, y);
 }
@@ -168,7 +157,7 @@ static const struct {
               {"medium: 2 x 12", 0, GTAO_PRESET_MEDIUM, HARD},
               {"high: 4 x 16", 0, GTAO_PRESET_HIGH, HARD},
               {"ultra: 8 x 32", 0, GTAO_PRESET_ULTRA, HARD},
-              {"reference: 32 x every pixel", 0, GTAO_PRESET_REFERENCE, EVERY},
+              {"reference: 32 x every pixel, falloff 0.25", 0, GTAO_PRESET_REFERENCE, EVERY},
               {"1 x every pixel", 1, GTAO_PRESET_LOW, EVERY},
               {"1 x 8, bent normals", 1, GTAO_PRESET_LOW, BENT},
               {"1 x 8, harmonics", 1, GTAO_PRESET_LOW, HARMONICS},
@@ -181,7 +170,7 @@ enum { LISTED = sizeof listed / sizeof *listed };
 static void models(const picture *p, model *out, float *sh, int repeat) {
     static job jobs[VARIANTS * GRID + LISTED];
     static timed t[3 * (VARIANTS * GRID + LISTED)];
-    FILE *to = table("cost-model");
+    FILE *to = table_open(directory, "cost-model");
     fprintf(to, "| scene | setting | a: a pixel | b: a slice | c: a sample | residuals: root mean square | largest |\n"
                 "|---|---|--:|--:|--:|--:|--:|\n");
     for (int k = 0; k < VARIANTS; ++k) {
@@ -222,7 +211,7 @@ static void models(const picture *p, model *out, float *sh, int repeat) {
         picture_close(&q);
     }
     fclose(to);
-    to = table("cost-stages");
+    to = table_open(directory, "cost-stages");
     fprintf(to, "| setting | begin: ms | prepare: ns a pixel | visibility: ns a pixel | by the model: a pixel's own | "
                 "its slices' | its samples' | sum | against measured |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     for (int k = 1; k < LISTED; ++k) {
@@ -248,7 +237,7 @@ static void radii(const picture *p, int repeat) {
     job jobs[N];
     timed t[N];
     double all = radius_px(p, 1e30);
-    FILE *to = table("growth-radius");
+    FILE *to = table_open(directory, "growth-radius");
     for (int k = 0; k < N; ++k) {
         jobs[k] = production(p);
         jobs[k].desc.max_radius_px = 0;
@@ -285,7 +274,7 @@ static void settings(picture *p, const model *f, int repeat) {
     job jobs[N];
     timed all[N + 1], *t = all + 1; /* the first is not counted: it brings the picture back into the caches */
     double samples[STEPS], square = 0;
-    FILE *to = table("growth-settings");
+    FILE *to = table_open(directory, "growth-settings");
     for (int k = 0; k < N; ++k) {
         jobs[k] = production(p);
         jobs[k].desc.slices = slices[k / STEPS];
@@ -300,7 +289,7 @@ static void settings(picture *p, const model *f, int repeat) {
     fprintf(to, "| samples a side |");
     for (int s = 0; s < STEPS; ++s)
         fprintf(to, " %d |", steps[s]);
-    fprintf(to, "\n|---|--:|--:|--:|--:|--:|--:|--:|\n| taken, both sides |");
+    fprintf(to, "\n|---|--:|--:|--:|--:|--:|--:|--:|\n| counted, both sides |");
     for (int s = 0; s < STEPS; ++s)
         fprintf(to, " %.0f |", samples[s]);
     for (int i = 0; i < SLICES; ++i) {
@@ -337,7 +326,7 @@ static void threads_and_chunks(int repeat) {
     enum { CHUNKS = 6, N = CHUNKS + 1 };
     int most = cli_processors() < 2 ? 1 : 2;
     double best = 0;
-    FILE *to = table("growth-threads");
+    FILE *to = table_open(directory, "growth-threads");
     fprintf(to, "| scene, image, preset | one thread: ns a pixel | %d threads, rows at a time:", most);
     for (int c = 0; c + 1 < CHUNKS; ++c)
         fprintf(to, " %d |", chunks[c]);

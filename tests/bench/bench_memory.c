@@ -21,17 +21,6 @@
 static FILE *csv;
 static const char *directory;
 
-static FILE *table(const char *name) {
-    char path[512];
-    snprintf(path, sizeof path, "%s/%s.md", directory, name);
-    FILE *to = fopen(path, "w");
-    if (!to) {
-        fprintf(stderr, "bench_memory: %s: cannot be written\n", path);
-        exit(1);
-    }
-    return to;
-}
-
 static void out_of_memory(void) {
     fprintf(stderr, "bench_memory: out of memory\n");
     exit(1);
@@ -121,7 +110,7 @@ static void streams(bool quick, double *read_ns, double *write_ns) {
     static const size_t sizes[] = {32 << 10, 512 << 10, 8 << 20, 64 << 20};
     enum { SIZES = 6 };
     size_t large = quick ? (size_t)256 << 20 : (size_t)1 << 30;
-    FILE *to = table("memory-streams");
+    FILE *to = table_open(directory, "memory-streams");
     fprintf(to, "| memory | read: GB/s | write | copy (bytes copied) |\n|---|--:|--:|--:|\n");
     for (int k = 0; k < SIZES; ++k) {
         bool huge = k == SIZES - 1;
@@ -210,7 +199,7 @@ static void image_rows(FILE *to, const picture *p, double read_ns, double write_
 /* Leaves the largest of 16:9 open. */
 static void images(picture *largest, bool quick, pool *threads, double read_ns, double write_ns) {
     static const int sizes[][2] = {{640, 480}, {960, 540}, {1920, 1080}, {3840, 2160}, {16384, 2048}, {7680, 4320}};
-    FILE *to = table("memory-images");
+    FILE *to = table_open(directory, "memory-images");
     fprintf(to, "| image | radius at most | heights: MiB | rows in reach: MiB | 4 KiB pages of them | prepare: ns a "
                 "pixel | huge pages | streaming it | visibility | huge pages | streaming it | MiB on huge pages |\n"
                 "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
@@ -278,7 +267,7 @@ static void buffers(bool quick, pool *threads) {
     picture p;
     if (!picture_open(&p, "stairs", WIDTH, HEIGHT, threads))
         exit(1);
-    FILE *to = table("memory-buffers");
+    FILE *to = table_open(directory, "memory-buffers");
     job tight = production(&p), spaced = tight, flipped = tight;
     fresh scratch = {tight, false}, both = {tight, true};
     float *z = spread(p.z, WIDTH, HEIGHT, 8192, false), *normals = spread(p.normals, 3 * WIDTH, HEIGHT, 32768, false);
@@ -361,7 +350,7 @@ static float compute(const job *j) {
 static void half_errors(bool quick, pool *threads) {
     static const float tolerances[] = {0, 0.001f, 0.01f, 0.1f};
     enum { TOLERANCES = 4 };
-    FILE *to = table("half-error"), *floor = table("half-floor");
+    FILE *to = table_open(directory, "half-error"), *floor = table_open(directory, "half-floor");
     int scenes = quick ? 2 : bench_scene_count();
     double square[TOLERANCES][1 + FORMATS] = {{0}}, most[TOLERANCES][1 + FORMATS] = {{0}};
     double open[TOLERANCES][1 + FORMATS] = {{0}}, derived_square[FORMATS] = {0}, derived_most[FORMATS] = {0};
@@ -522,7 +511,7 @@ int main(int argc, char **argv) {
     if (!picture_render(&small, "stairs", PICTURE_WIDTH, PICTURE_HEIGHT, threads))
         return 1;
     check_halves(&small);
-    FILE *to = table("half-gain");
+    FILE *to = table_open(directory, "half-gain");
     fprintf(to,
             "| image | radius at most | samples a side | loads only, floats: ns a pixel | halves | all of gtao.h, "
             "floats | the difference, of all | far samples of 4x4 pixels: ns a pixel (RMSE) | 1/z in a half: RMSE | "
