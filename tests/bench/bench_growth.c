@@ -199,7 +199,7 @@ static void models(const picture *p, model *out, float *sh, int repeat) {
         job few[GRID];
         timed times[3 * GRID];
         picture q;
-        if (!picture_open(&q, scenes[k], PICTURE_WIDTH, PICTURE_HEIGHT, render))
+        if (!picture_open(&q, scenes[k], p->view.width, p->view.height, render))
             exit(1);
         job j = production(&q);
         grid(&j, few);
@@ -382,7 +382,7 @@ int main(int argc, char **argv) {
     pool *threads = pool_create(cli_processors());
     if (!threads || !make_folders("build/bench") || !make_folders(directory) ||
         !(csv = fopen("build/bench/growth.csv", "w")) ||
-        !picture_open(&p, "furniture", PICTURE_WIDTH, PICTURE_HEIGHT, threads))
+        !picture_open(&p, "furniture", PICTURE_WIDTH / (1 + quick), PICTURE_HEIGHT / (1 + quick), threads))
         return 1;
     fprintf(csv, "group,what,x,y\n");
     float *sh = calloc(9 * view_pixels(&p.view), sizeof *sh);
@@ -394,7 +394,7 @@ int main(int argc, char **argv) {
     settings(&p, &f[PLAIN], quick ? 1 : 2);
     free(sh);
     picture_close(&p);
-    if (!picture_open(&p, "stairs", quick ? 960 : 1920, quick ? 540 : 1080, threads))
+    if (!picture_open(&p, "stairs", quick ? 480 : 1920, quick ? 270 : 1080, threads))
         return 1;
     printf("  slices and samples: %.0f s\n", wall_seconds() - start);
     radii(&p, quick ? 1 : 2);
