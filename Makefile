@@ -6,6 +6,7 @@
 # make bench      error against run time, beside other methods, into build/bench/ and docs/; QUICK=1: a look in five minutes
 # make specular   that part of make bench which is about specular occlusion: docs/specular.md and its pictures
 # make bench-frames  that part of it which is about frames: docs/frames.md, docs/viewer.md
+# make bench-performance  ... about where the time goes: docs/performance.md, docs/tuning.md
 # make bench-bake  tables of docs/baking.md; LARGE=1: also 8192 x 8192 in 512 MiB. make bench-gis: beside SAGA GIS
 # make fuzz       libFuzzer for FUZZ_SECONDS (60); make msan: golden hashes and the corpus under MemorySanitizer
 # make port-docs  the tables and the picture of docs/porting.md
@@ -68,7 +69,7 @@ bench_programs := $(foreach f,$(benches),$(call program_of,$(f)))
 suite_programs := $(foreach f,$(suites),build/tests/$(basename $(notdir $(f))))
 objects = $(patsubst %.c,$(obj)/%.o,$(1))
 
-.PHONY: all bake-mpi port port-docs bench-bake bench-frames bench-gis demo demo-sequence test suites determinism golden instructions instructions-record strict bench specular fuzz msan figures \
+.PHONY: all bake-mpi port port-docs bench-bake bench-frames bench-performance bench-gis demo demo-sequence test suites determinism golden instructions instructions-record strict bench specular fuzz msan figures \
     format check-format coverage clean FORCE
 .DELETE_ON_ERROR:
 .PRECIOUS: build/setup/%
@@ -185,14 +186,18 @@ bench: $(bench_programs) build/lut build/tests/test_specular build/viewer build/
 	build/bench_multibounce $(if $(QUICK),--size 120x68 --paths 50,--size 240x135 --paths 200) > build/bench/multibounce.txt
 	build/bench_directional $(if $(QUICK),--size 120x68 --rays 144) > build/bench/directional.txt
 	build/bench_sweep $(if $(QUICK),--quick) > build/bench/sweep.txt
-	build/bench_effort $(if $(QUICK),--quick) > build/bench/effort.txt
 	tests/bench/publish.sh $(if $(QUICK),,docs)
 	tests/bench/specular.sh $(if $(QUICK),--quick,docs)
 	tests/bench/frames.sh $(if $(QUICK),--quick,docs)
+	tests/bench/performance.sh $(if $(QUICK),--quick,docs)
 
 # Only the part of it that is about frames: docs/frames.md, docs/viewer.md.
 bench-frames: build/bench_frames build/viewer build/sequence
 	tests/bench/frames.sh $(if $(QUICK),--quick,docs)
+
+# Only the part of it that is about where the time goes: docs/performance.md, docs/tuning.md. Needs docs/benchmark.md.
+bench-performance: build/bench-run build/bench_growth build/bench_memory build/bench_effort | build/setup/figures
+	tests/bench/performance.sh $(if $(QUICK),--quick,docs)
 
 # Only the part of it that is about specular occlusion.
 specular: build/bench_shading build/bench_specular build/lut build/tests/test_specular

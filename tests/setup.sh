@@ -81,7 +81,10 @@ for part in "$@"; do
         ;;
     figures) need gnuplot-nox tool gnuplot ;;
     format) need clang-format tool clang-format ;;
-    bench) need libembree-dev header embree3/rtcore.h ;;
+    bench)
+        need libembree-dev header embree3/rtcore.h
+        need valgrind tool valgrind
+        ;;
     gis) need saga tool saga_cmd ;;
     port)
         optional=1

@@ -3,7 +3,7 @@
  *     build/bench-run [--quick] [--only speed|skips|error]
  *
  * speed.csv  what the library costs: instruction sets, samples, radius, resolution, threads, outputs
- * skips.csv  what skipping saves, a part of the speed
+ * skips.csv  what skipping saves, only if asked for; skips_scenes.csv: on every scene
  * error.csv  error against time of every method and setting on every scene, against both truths
  * truth.csv  the random error of the truths themselves
  * crops.png  the methods side by side

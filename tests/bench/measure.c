@@ -20,6 +20,17 @@ double wall_seconds(void) {
     return seconds_of(CLOCK_MONOTONIC);
 }
 
+FILE *table_open(const char *directory, const char *name) {
+    char path[512];
+    snprintf(path, sizeof path, "%s/%s.md", directory, name);
+    FILE *to = fopen(path, "w");
+    if (!to) {
+        fprintf(stderr, "%s: cannot be written\n", path);
+        exit(1);
+    }
+    return to;
+}
+
 static int compare_doubles(const void *a, const void *b) {
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);

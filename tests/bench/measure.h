@@ -2,6 +2,8 @@
 #ifndef BENCH_MEASURE_H
 #define BENCH_MEASURE_H
 
+#include <stdio.h>
+
 #include "gtao.h"
 #include "view.h"
 
@@ -19,6 +21,9 @@ typedef struct timed {
 /* Runs A B C A B C ... `repeat` times (at most 64) after one round that does not count, so that a slow moment of the
  * machine falls on all alike. `clock` is one of the two above. */
 void measure(timed *list, int count, int repeat, double (*clock)(void));
+
+/* DIRECTORY/NAME.md, to be written. Ends the program if it cannot be. */
+FILE *table_open(const char *directory, const char *name);
 
 double median(double *values, int count); /* sorts them */
 

@@ -7,9 +7,8 @@ out=build/bench/tables
 mkdir -p $out
 error=build/bench/error.csv speed=build/bench/speed.csv truth=build/bench/truth.csv host=build/bench/host.csv
 
-for f in tests/bench/*.gp; do
-    name=$(basename "$f" .gp)
-    gnuplot "$f" > "build/bench/bench_$name.svg"
+for name in cost pareto samples scenes thickness; do
+    gnuplot "tests/bench/$name.gp" > "build/bench/bench_$name.svg"
 done
 
 # ---- tables ---------------------------------------------------------------------------------------------------------
@@ -87,28 +86,6 @@ awk -F, '$1 == "variant" {
 
 awk -F, 'BEGIN { print "| setting, 960x540 | bytes per pixel |\n|---|--:|" }
     $1 == "scratch" { printf "| %s | %.1f |\n", $3, $5 }' $speed > $out/scratch.md
-
-awk -F, 'NR > 1 {
-    if (!($2 in known)) { known[$2] = 1; set[++m] = $2 }
-    if (!($1 in seen)) { seen[$1] = 1; scene[++n] = $1 }
-    if (n == 1 && m == 1) what[++k] = $3
-    ns[$1, $2, $3] = $4; f[$1, $2, $3] = $5; e[$1, $3] = $9 > e[$1, $3] ? $9 : e[$1, $3]; sky[$1] = $6 > sky[$1] ? $6 : sky[$1]
-    if ($3 == "all" && $10 > 0) { open[$1] = $7; samples[$1] = $8; memo[$1] = $10 }
-} END {
-    for (q = 1; q <= m; q++) {
-        printf "| %s |", set[q]; for (i = 1; i <= k; i++) printf " %s |", what[i] == "none" ? "no skip" : what[i]; print ""
-        printf "|---|"; for (i = 1; i <= k; i++) printf "--:|"; print ""
-        for (s = 1; s <= n; s++) {
-            printf "| %s |", scene[s]
-            for (i = 1; i <= k; i++) printf (i == 1 ? " %.1f ns |" : " %.1f ns (%.2f) |"), ns[scene[s], set[q], what[i]], f[scene[s], set[q], what[i]]
-            print ""
-        }
-        print ""
-    }
-    print "| scene | sky blocks | open pixels | samples left out of the others | times the transcription | largest error at tolerance 0.001 | 0.01 |"
-    print "|---|--:|--:|--:|--:|--:|--:|"
-    for (s = 1; s <= n; s++) printf "| %s | %.0f %% | %.0f %% | %.0f %% | %.0f | %.5f | %.4f |\n", scene[s], 100 * sky[scene[s]], 100 * open[scene[s]], 100 * samples[scene[s]], memo[scene[s]], e[scene[s], "tolerance 0.001"], e[scene[s], "tolerance 0.01"]
-}' build/bench/skips.csv > $out/skips.md
 
 # Noise of the truths, pooled in the row "pooled".
 awk -F, 'BEGIN { print "| scene | directions a pixel | noise, depth buffer | noise, ray tracing | sky | mean radius |\n|---|--:|--:|--:|--:|--:|" }
@@ -384,8 +361,6 @@ awk -F, '$1 == "pooled" && $5 == "plain" { e[$2, $3, $4] = $6 }
 # What the program printed, as it is.
 { echo '```'; cat build/bench/multibounce.txt; echo '```'; } > $out/multibounce.md
 
-cp build/bench/effort.txt $out/effort.md
-
 # ---- docs -----------------------------------------------------------------------------------------------------------
 
 [ "${1-}" = docs ] || exit 0
@@ -393,5 +368,4 @@ for f in build/bench/bench_*.svg; do cp "$f" docs/figures/; done
 cp build/bench/crops.png docs/figures/bench_crops.png
 cp build/bench/directional.png docs/figures/bench_directional.png
 cp build/bench/thickness_crops.png docs/figures/bench_thickness_crops.png
-exec tests/bench/insert.sh $out README.md docs/benchmark.md docs/accuracy.md docs/directional.md docs/thickness.md \
-    docs/performance.md
+exec tests/bench/insert.sh $out README.md docs/benchmark.md docs/accuracy.md docs/directional.md docs/thickness.md

@@ -5,36 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "dataset.h"
 #include "examples/common/cli.h"
-#include "loadmax.h"
-#include "measure.h"
+#include "picture.h"
+#include "scenes.h"
 #include "tests/reference/reference.h"
-#include "trace.h"
 
-/* The memo's production setting [J19]: one slice of 8 samples a side, attenuation over the last quarter of the radius,
- * the radius at most 100 pixels. */
-enum { SLICES = 1, STEPS = 8, CAP_PX = 100, WIDTH = 960, HEIGHT = 540 };
-static const float falloff = 0.25f;
 static const char *const setting = "1 slice x 8 steps";
-
-typedef struct picture {
-    const char *name;
-    view view;
-    float *z, *normals, *visibility, *bent;
-    uint32_t *packed;
-    void *scratch;
-    size_t scratch_size;
-} picture;
-
-typedef struct job {
-    gtao_desc desc;
-    gtao_output output;
-    const picture *picture;
-    const gtao_context *context; /* rows on a pool */
-    pool *threads;
-    loadmax *floor;
-} job;
 
 static FILE *csv;
 
@@ -44,136 +20,11 @@ static void row(const char *group, const char *scene, const char *what, double x
     fflush(csv);
 }
 
-static void picture_close(picture *p) {
-    free(p->z);
-    free(p->normals);
-    free(p->visibility);
-    free(p->bent);
-    free(p->packed);
-    free(p->scratch);
-    memset(p, 0, sizeof *p);
-}
-
-typedef struct primary {
-    const trace *rays;
-    const bench_scene_camera *camera;
-    picture *out;
-} primary;
-
-static void primary_rows(void *user, int thread, int row_begin, int row_end) {
-    const primary *p = user;
-    (void)thread;
-    trace_primary_rows(p->rays, p->camera, p->out->z, p->out->normals, row_begin, row_end);
-}
-
-/* Depth and normals only. */
-static bool picture_open(picture *p, const char *name, int width, int height, pool *threads) {
-    bench_scene s;
-    int index = 0;
-    memset(p, 0, sizeof *p);
-    while (index < bench_scene_count() && strcmp(bench_scene_name(index), name) != 0)
-        ++index;
-    if (!(index < bench_scene_count() ? bench_scene_build(&s, index, width, height)
-                                      : bench_study_build(&s, name, width, height)))
-        return false;
-    size_t n = (size_t)width * (size_t)height;
-    p->name = s.name;
-    p->scratch_size = 160 * n + (1u << 22);
-    p->z = malloc(n * sizeof(float));
-    p->normals = malloc(3 * n * sizeof(float));
-    p->visibility = malloc(n * sizeof(float));
-    p->bent = malloc(4 * n * sizeof(float));
-    p->packed = malloc(n * sizeof(uint32_t));
-    p->scratch = malloc(p->scratch_size);
-    trace *t = trace_open(&s);
-    bool ok = p->z && p->normals && p->visibility && p->bent && p->packed && p->scratch && t;
-    if (ok) {
-        primary work = {t, &s.camera, p};
-        pool_run(threads, height, 0, primary_rows, NULL, &work);
-        /* The transcription knows sky by infinity. */
-        for (size_t i = 0; i < n; ++i)
-            if (!(p->z[i] < VIEW_SKY))
-                p->z[i] = HUGE_VALF;
-        p->view = (view){width,
-                         height,
-                         (float)s.camera.focal_px,
-                         (float)s.camera.cx,
-                         (float)s.camera.cy,
-                         (float)s.radius,
-                         falloff,
-                         p->z,
-                         p->normals};
-        memset(p->scratch, 0, p->scratch_size);
-        memset(p->visibility, 0, n * sizeof(float));
-        memset(p->bent, 0, 4 * n * sizeof(float));
-        memset(p->packed, 0, n * sizeof(uint32_t));
-    }
-    trace_close(t);
-    bench_scene_free(&s);
-    if (!ok)
-        picture_close(p);
-    return ok;
-}
-
-/* Mean over the surface of the radius in pixels, capped. */
-static double radius_px(const picture *p, double cap) {
-    double sum = 0, count = 0;
-    for (size_t i = 0; i < view_pixels(&p->view); ++i)
-        if (p->z[i] < VIEW_SKY) {
-            sum += fmin(cap, (double)(p->view.radius * p->view.focal_px / p->z[i]));
-            count += 1;
-        }
-    return count > 0 ? sum / count : 0;
-}
-
-static job production(const picture *p) {
-    job j;
-    memset(&j, 0, sizeof j);
-    j.picture = p;
-    j.desc = view_describe(&p->view);
-    j.desc.max_radius_px = CAP_PX;
-    j.desc.slices = SLICES;
-    j.desc.steps = STEPS;
-    j.output.visibility = p->visibility;
-    return j;
-}
-
-static void run_library(void *user) {
-    const job *j = user;
-    gtao_result r = gtao_compute(&j->desc, &j->output, j->picture->scratch, j->picture->scratch_size, NULL);
-    if (r != GTAO_OK) {
-        fprintf(stderr, "speed: %s\n", gtao_result_string(r));
-        exit(1);
-    }
-}
-
-static void prepare_rows(void *user, int thread, int row_begin, int row_end) {
-    const job *j = user;
-    (void)thread;
-    gtao_prepare_rows(j->context, row_begin, row_end);
-}
-
-static void visibility_rows(void *user, int thread, int row_begin, int row_end) {
-    const job *j = user;
-    (void)thread;
-    gtao_visibility_rows(j->context, row_begin, row_end, NULL);
-}
-
-static void run_threads(void *user) {
-    job *j = user;
-    gtao_context *context;
-    if (gtao_begin(&j->desc, &j->output, j->picture->scratch, j->picture->scratch_size, &context) != GTAO_OK)
-        exit(1);
-    j->context = context;
-    pool_run(j->threads, j->desc.height, GTAO_STRIP, prepare_rows, NULL, j);
-    pool_run(j->threads, j->desc.height, GTAO_STRIP, visibility_rows, NULL, j);
-}
-
 static void run_transcription(void *user) {
     const job *j = user;
     const view *v = &j->picture->view;
     float direction[16], offset[16];
-    memo_settings s = {SLICES, STEPS, v->radius, v->falloff, CAP_PX};
+    memo_settings s = {PICTURE_SLICES, PICTURE_STEPS, v->radius, v->falloff, PICTURE_CAP_PX};
     memo_noise(0, direction, offset);
     memo_gtao(v->width, v->height, v->z, v->normals, v->focal_px, v->cx, v->cy, &s, direction, offset,
               j->picture->visibility);
@@ -182,17 +33,6 @@ static void run_transcription(void *user) {
 static void run_floor(void *user) {
     const job *j = user;
     loadmax_run(j->floor);
-}
-
-static double samples_a_pixel(const job *j) {
-    gtao_stats stats;
-    memset(&stats, 0, sizeof stats);
-    gtao_compute(&j->desc, &j->output, j->picture->scratch, j->picture->scratch_size, &stats);
-    return (double)stats.samples / (double)view_pixels(&j->picture->view);
-}
-
-static double ns_a_pixel(const timed *t, const picture *p) {
-    return 1e9 * t->seconds / (double)view_pixels(&p->view);
 }
 
 /* ---- the groups -------------------------------------------------------------------------------------------------- */
@@ -213,7 +53,7 @@ static void instruction_sets(const picture *p, int repeat) {
         }
     measure(t, n, repeat, thread_seconds);
     for (int k = 0; k < n; ++k)
-        row("isa", p->name, name[k], radius_px(p, CAP_PX), ns_a_pixel(&t[k], p), "ns/pixel",
+        row("isa", p->name, name[k], radius_px(p, PICTURE_CAP_PX), ns_a_pixel(&t[k], p), "ns/pixel",
             t[0].seconds / t[k].seconds, "transcription of the memo");
     printf("  %-10s transcription %.0f ns/pixel, %s %.2f: %.1f times\n", p->name, ns_a_pixel(&t[0], p), name[n - 1],
            ns_a_pixel(&t[n - 1], p), t[0].seconds / t[n - 1].seconds);
@@ -236,7 +76,7 @@ static void marginal(const picture *p, int repeat, bool capped, float f) {
     enum { N = 3 };
     job j[2 * N];
     timed t[2 * N];
-    double samples[2 * N], ns[2 * N], reach = capped ? CAP_PX : radius_px(p, CAP_PX);
+    double samples[2 * N], ns[2 * N], reach = capped ? PICTURE_CAP_PX : radius_px(p, PICTURE_CAP_PX);
     char what[64];
     for (int k = 0; k < N; ++k) {
         j[k] = production(p);
@@ -383,7 +223,7 @@ static void scratch(const picture *p) {
         job j = production(p);
         j.desc.preset = settings[k].preset;
         j.desc.slices = settings[k].slices;
-        j.desc.steps = settings[k].slices ? STEPS : 0;
+        j.desc.steps = settings[k].slices ? PICTURE_STEPS : 0;
         double bytes = (double)gtao_scratch_size(&j.desc);
         row("scratch", p->name, settings[k].name, p->view.width, bytes / (double)view_pixels(&p->view), "bytes/pixel",
             bytes, "bytes");
@@ -402,7 +242,7 @@ static bool resolutions(pool *threads, int repeat, bool quick) {
         if (!picture_open(&p[k], "stairs", widths[k], widths[k] * 9 / 16, threads))
             return false;
         j[k] = j[n + k] = production(&p[k]);
-        j[n + k].desc.max_radius_px = CAP_PX * widths[k] / WIDTH;
+        j[n + k].desc.max_radius_px = PICTURE_CAP_PX * widths[k] / PICTURE_WIDTH;
         t[k] = (timed){run_library, &j[k], 0};
         t[n + k] = (timed){run_library, &j[n + k], 0};
     }
@@ -505,6 +345,49 @@ static void skips(const picture *p, FILE *to, int repeat) {
     free(exact);
 }
 
+/* Only none and all: what skips save on a scene. */
+static void skips_in_short(const picture *p, FILE *to, int repeat) {
+    for (int every = 0; every < 2; ++every) {
+        job j[2];
+        timed t[2];
+        gtao_stats stats;
+        double pixels = (double)view_pixels(&p->view);
+        for (int k = 0; k < 2; ++k) {
+            j[k] = production(p);
+            j[k].desc.every_pixel = every;
+            j[k].desc.no_skip = k == 0 ? GTAO_SKIP_ALL : 0;
+            t[k] = (timed){run_library, &j[k], 0};
+        }
+        measure(t, 2, repeat, thread_seconds);
+        memset(&stats, 0, sizeof stats);
+        gtao_compute(&j[1].desc, &j[1].output, p->scratch, p->scratch_size, &stats);
+        fprintf(to, "%s,%d,%d,%s,%.4g,%.4g,%.4f,%.4f,%.4f,%.4f\n", p->name, p->view.width, p->view.height,
+                every ? "1 slice x every pixel" : setting, ns_a_pixel(&t[0], p), ns_a_pixel(&t[1], p),
+                (double)stats.sky / pixels, (double)stats.sky_skipped / pixels, (double)stats.open / pixels,
+                (double)stats.samples_skipped / (double)(stats.samples + stats.samples_skipped + 1));
+    }
+}
+
+static bool skips_of_scenes(bool quick, pool *threads) {
+    static const char *const more[] = {"bar", "elephant", "village", "courtyard", "scans", "study", "jacksboro"};
+    int count = bench_scene_count(), all = count + (int)(sizeof more / sizeof *more);
+    FILE *to = fopen("build/bench/skips_scenes.csv", "w");
+    if (!to)
+        return false;
+    fprintf(to, "scene,width,height,setting,none,all,sky,sky_skipped,open,samples\n");
+    bool ok = true;
+    for (int k = 0; ok && k < all; ++k) {
+        picture p;
+        ok =
+            picture_open(&p, k < count ? bench_scene_name(k) : more[k - count], PICTURE_WIDTH, PICTURE_HEIGHT, threads);
+        if (ok) {
+            skips_in_short(&p, to, quick ? 3 : 9);
+            picture_close(&p);
+        }
+    }
+    return fclose(to) == 0 && ok;
+}
+
 bool speed_skips(bool quick) {
     static const char *const names[] = {"village", "stairs", "furniture", "far", "terrain"};
     pool *threads = pool_create(cli_processors());
@@ -514,12 +397,13 @@ bool speed_skips(bool quick) {
         fprintf(to, "scene,setting,skips,ns,factor,sky,open,samples,error,transcription\n");
     for (int k = 0; ok && k < 5; ++k) {
         picture p;
-        ok = picture_open(&p, names[k], WIDTH, HEIGHT, threads);
+        ok = picture_open(&p, names[k], PICTURE_WIDTH, PICTURE_HEIGHT, threads);
         if (ok) {
             skips(&p, to, quick ? 3 : 9);
             picture_close(&p);
         }
     }
+    ok = ok && skips_of_scenes(quick, threads);
     if (!ok)
         fprintf(stderr, "speed: build/bench/skips.csv: failed\n");
     if (to)
@@ -541,13 +425,13 @@ bool speed_run(bool quick) {
     bool ok = true;
     for (int k = 0; k < scenes && ok; ++k) {
         picture p;
-        ok = picture_open(&p, names[k], WIDTH, HEIGHT, threads);
+        ok = picture_open(&p, names[k], PICTURE_WIDTH, PICTURE_HEIGHT, threads);
         if (!ok)
             break;
         instruction_sets(&p, repeat);
-        marginal(&p, repeat, false, falloff);
+        marginal(&p, repeat, false, picture_falloff);
         marginal(&p, repeat, false, 0);
-        marginal(&p, repeat, true, falloff);
+        marginal(&p, repeat, true, picture_falloff);
         if (k == 0 || !quick) {
             nearness(&p, repeat);
             radii(&p, quick ? 2 : 5);
@@ -558,7 +442,6 @@ bool speed_run(bool quick) {
             scratch(&p);
         picture_close(&p);
     }
-    ok = ok && speed_skips(quick);
     ok = ok && resolutions(threads, quick ? 3 : 7, quick) && thread_counts(threads, repeat);
     pool_destroy(threads);
     fclose(csv);

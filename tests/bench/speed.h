@@ -6,7 +6,7 @@
 
 /* Prints progress and a summary; prints the reason and returns false on failure. */
 bool speed_run(bool quick);
-/* The part of it that is about skips alone: build/bench/skips.csv. */
+/* What skips save: build/bench/skips.csv, skips_scenes.csv. */
 bool speed_skips(bool quick);
 
 #endif
