@@ -3858,7 +3858,9 @@ static void gtaoi_frame_settings(const gtao_frame_desc *f, const gtaoi_frame_lay
                      f->max_history,
                      l->sets,
                      l->normals,
-                     l->motion,
+                     !f->motion             ? 0
+                     : f->motion_components ? f->motion_components
+                                            : 2,
                      d->mask != 0,
                      (int)d->depth_kind,
                      d->thickness_map != 0,
@@ -8246,8 +8248,8 @@ GTAOI_FN int GTAOI_NAME(gtaoi_reduce_rest)(const gtao_frame_context *f, int x0, 
         GV to_pass = GV_SET(1.0f / (float)f->scale), zero = GV_SET(0.0f);
         GTAOI_NAME(gtaoi_pick)(f, f->f.motion, f->f.motion_stride, components, x0, y, count, which, values);
         for (i = 0; i < count; i += GTAOI_W)
-            for (k = 0; k < 3; k++) {
-                GV m = k < components ? GV_LOAD(values[k] + i) : zero;
+            for (k = 0; k < components; k++) { /* the third plane of two stays zero */
+                GV m = GV_LOAD(values[k] + i);
                 changed |= GM_BITS(GV_EQ(m, zero)) != GTAOI_ALL;
                 GV_STORE(motion + k * f->plane + i, k < 2 ? GV_MUL(m, to_pass) : m);
             }
@@ -8300,7 +8302,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_reduce)(const gtao_frame_context *f, int ty0, int
                 if (f->full.d.normals)
                     GTAOI_PREFETCH(f->normals + (ptrdiff_t)y * f->pitch + k * f->plane + x0 + 2 * GTAOI_TILE_W,
                                    GTAOI_TILE_W);
-                if (f->f.motion)
+                if (f->f.motion && k < f->f.motion_components)
                     GTAOI_PREFETCH(f->motion + (ptrdiff_t)y * f->pitch + k * f->plane + x0 + 2 * GTAOI_TILE_W,
                                    GTAOI_TILE_W);
             }
@@ -8478,10 +8480,9 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_reproject)(const gtao_frame_context *f, GV x, GV y,
     valid = GV_LT(GV_SET(GTAOI_SKY_LIMIT), w);
     if (f->f.motion) {
         const float *motion = f->motion + (ptrdiff_t)yi * f->pitch + xi;
-        GV dz = GV_LOAD(motion + 2 * f->plane);
         *px = GV_ADD(x, GV_LOAD(motion)), *py = GV_ADD(y, GV_LOAD(motion + f->plane));
         if (f->f.motion_components == 3) {
-            dz = GV_MUL(dz, GV_SET(1.0f / gtaoi_height_unit(c)));
+            GV dz = GV_MUL(GV_LOAD(motion + 2 * f->plane), GV_SET(1.0f / gtaoi_height_unit(c)));
             if (c->orthographic)
                 *pw = GV_SUB(w, dz);
             else /* 1 / (1 / w + dz) */
@@ -8644,7 +8645,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, i
                         GTAOI_PREFETCH(f->history_before + begin[k] + ahead + off, 16);
                         GTAOI_PREFETCH(to + begin[k] + off, 16);
                     }
-                for (k = 0; f->f.motion && k < 3; k++)
+                for (k = 0; f->f.motion && k < f->f.motion_components; k++)
                     GTAOI_PREFETCH(f->motion + (ptrdiff_t)y * f->pitch + k * plane + off, 16);
             }
             GTAOI_UNROLL
@@ -8886,21 +8887,6 @@ GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TA
     out[0] = GV_SELECT(solid, out[0], one);
 }
 
-/* What the next half of a tile reads that is new to this row; more streams than processors follow on their own. */
-GTAOI_FN void GTAOI_NAME(gtaoi_upsample_ahead)(const gtao_frame_context *f, ptrdiff_t more, int x, int y, int full_y) {
-    const ptrdiff_t at = (ptrdiff_t)gtaoi_imin(y + 1, f->height) * f->pitch + x;
-    const char *depth = (const char *)f->full.d.depth + (ptrdiff_t)full_y * f->full.d.depth_stride;
-    int k;
-    GTAOI_PREFETCH(depth + (ptrdiff_t)x * f->scale * 4, GTAOI_TILE_W / 2 * f->scale);
-    GTAOI_PREFETCH(f->height_now + at, GTAOI_TILE_W / 2);
-    GTAOI_PREFETCH(f->result + at, GTAOI_TILE_W / 2);
-    for (k = 0; f->bent && k < 3; k++) {
-        GTAOI_PREFETCH(f->result + more + k * f->plane + at, GTAOI_TILE_W / 2);
-        if (f->full.d.normals)
-            GTAOI_PREFETCH(f->normals + (ptrdiff_t)y * f->pitch + k * f->plane + x, GTAOI_TILE_W / 2);
-    }
-}
-
 /* A row of `count` of the caller's pixels to the caller: visibility and three further planes of a set. */
 GTAOI_FN void GTAOI_NAME(gtaoi_put_row)(const gtao_frame_context *f, int set, int x, int y, int count,
                                         float planar[4][GTAOI_TILE_W]) {
@@ -8963,7 +8949,6 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int set, i
             int lanes = gtaoi_imin(GTAOI_TILE_W / 2, f->width - x0);
             int count = gtaoi_imin(GTAOI_TILE_W / 2 * s, c->d.width - x0 * s);
             float heights[GTAOI_TILE_W], planar[4][GTAOI_TILE_W];
-            GTAOI_NAME(gtaoi_upsample_ahead)(f, more, x0 + GTAOI_TILE_W / 2, y, full_y);
             if (s == 2)
                 GTAOI_NAME(gtaoi_height_row)
             (c, x0 * s, full_y, (lanes + GTAOI_W - 1) / GTAOI_W * GTAOI_W * 2, heights);
