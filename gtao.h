@@ -4899,6 +4899,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_transpose4)(GV r[4]) { /* in each quarter */
 #endif
 GTAOI_FI void GTAOI_NAME(gtaoi_load4)(const float *p, ptrdiff_t stride, GV out[4]) {
     int i;
+    GTAOI_UNROLL
     for (i = 0; i < 4; i++, p += stride)
         out[i] = GTAOI_ROWS(p, stride);
     GTAOI_NAME(gtaoi_transpose4)(out);
@@ -4906,9 +4907,11 @@ GTAOI_FI void GTAOI_NAME(gtaoi_load4)(const float *p, ptrdiff_t stride, GV out[4
 GTAOI_FI void GTAOI_NAME(gtaoi_store4)(float *p, ptrdiff_t stride, const GV in[4]) {
     GV r[4];
     int i;
+    GTAOI_UNROLL
     for (i = 0; i < 4; i++)
         r[i] = in[i];
     GTAOI_NAME(gtaoi_transpose4)(r);
+    GTAOI_UNROLL
     for (i = 0; i < 4; i++, p += stride)
         GTAOI_PUT_ROWS(p, stride, r[i]);
 }
@@ -5040,6 +5043,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_heights)(const gtao_context *c, const float *imag
                      i += GTAOI_W) { /* what lies past the row's end is padding, filled below */
                     GV phases[4];
                     GTAOI_NAME(gtaoi_load4)(out + 4 * i, 4, phases);
+                    GTAOI_UNROLL
                     for (p = 0; p < 4; p++)
                         GV_STORE(to + (ptrdiff_t)p * c->segment + i, phases[p]);
                 }
@@ -8213,6 +8217,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_pick)(const gtao_frame_context *f, const void *im
     for (i = 0; i < GTAOI_TILE_W; i += GTAOI_W) {
         GV v[4];
         GTAOI_NAME(gtaoi_load4)(in + 4 * i, 4, v);
+        GTAOI_UNROLL
         for (j = 0; j < 3; j++)
             GV_STORE(values[j] + i, v[j]);
     }
@@ -8231,11 +8236,13 @@ GTAOI_FN int GTAOI_NAME(gtaoi_reduce_rest)(const gtao_frame_context *f, int x0, 
         for (i = 0; i < count; i += GTAOI_W) {
             GV n[3], len2, scale;
             GM valid;
+            GTAOI_UNROLL
             for (k = 0; k < 3; k++)
                 n[k] = GV_LOAD(values[k] + i);
             len2 = GV_ADD(GV_ADD(GV_MUL(n[0], n[0]), GV_MUL(n[1], n[1])), GV_MUL(n[2], n[2]));
             valid = GM_AND(GV_LE(GV_SET(1e-30f), len2), GV_LE(len2, GV_SET(FLT_MAX)));
             scale = GV_DIV(GV_SET(1.0f), GV_SQRT(len2));
+            GTAOI_UNROLL
             for (k = 0; k < 3; k++) {
                 GV unit = GV_SELECT(valid, GV_MUL(n[k], scale), GV_SET(0.0f));
                 changed |= GM_BITS(GV_EQ(unit, GV_LOAD(normal + k * f->plane + i))) != GTAOI_ALL;
