@@ -3858,9 +3858,7 @@ static void gtaoi_frame_settings(const gtao_frame_desc *f, const gtaoi_frame_lay
                      f->max_history,
                      l->sets,
                      l->normals,
-                     !f->motion             ? 0
-                     : f->motion_components ? f->motion_components
-                                            : 2,
+                     l->motion,
                      d->mask != 0,
                      (int)d->depth_kind,
                      d->thickness_map != 0,
@@ -3886,7 +3884,7 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     gtao_frame_context *f;
     gtao_output signal;
     char *base;
-    int i, at_rest = 1, same_camera;
+    int i, at_rest = 1, same_camera, had_third;
     float x, y;
     ptrdiff_t floats;
     if (result != GTAO_OK)
@@ -3923,6 +3921,7 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     } else {
         s->count++;
     }
+    had_third = f->f.motion && f->f.motion_components == 3;
     memset(f, 0, sizeof *f);
     f->fresh = s->count == 0;
     f->unchanged = frame->unchanged && !f->fresh;
@@ -3956,6 +3955,8 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     f->still = (uint16_t *)(void *)(base + l.still);
     f->nearest = (float *)(void *)(base + l.nearest);
     f->mask = (uint8_t *)base + l.mask;
+    if (had_third && f->f.motion && f->f.motion_components == 2) /* neither written nor read then, but shown */
+        memset(f->motion + 2 * floats - GTAOI_PAD, 0, (size_t)l.plane);
     if (f->fresh) {
         memset(base + l.raw, 0, (size_t)(l.scratch - l.raw));
         gtaoi_fill_sky((float *)(void *)(base + l.heights), 2 * floats);
