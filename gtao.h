@@ -3884,7 +3884,7 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     gtao_frame_context *f;
     gtao_output signal;
     char *base;
-    int i, at_rest = 1, same_camera;
+    int i, at_rest = 1, same_camera, had_third;
     float x, y;
     ptrdiff_t floats;
     if (result != GTAO_OK)
@@ -3921,6 +3921,7 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     } else {
         s->count++;
     }
+    had_third = f->f.motion && f->f.motion_components == 3;
     memset(f, 0, sizeof *f);
     f->fresh = s->count == 0;
     f->unchanged = frame->unchanged && !f->fresh;
@@ -3954,6 +3955,8 @@ GTAO_API gtao_result gtao_frame_begin(const gtao_frame_desc *frame, const gtao_o
     f->still = (uint16_t *)(void *)(base + l.still);
     f->nearest = (float *)(void *)(base + l.nearest);
     f->mask = (uint8_t *)base + l.mask;
+    if (had_third && f->f.motion && f->f.motion_components == 2) /* neither written nor read then, but shown */
+        memset(f->motion + 2 * floats - GTAOI_PAD, 0, (size_t)l.plane);
     if (f->fresh) {
         memset(base + l.raw, 0, (size_t)(l.scratch - l.raw));
         gtaoi_fill_sky((float *)(void *)(base + l.heights), 2 * floats);
@@ -4897,6 +4900,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_transpose4)(GV r[4]) { /* in each quarter */
 #endif
 GTAOI_FI void GTAOI_NAME(gtaoi_load4)(const float *p, ptrdiff_t stride, GV out[4]) {
     int i;
+    GTAOI_UNROLL
     for (i = 0; i < 4; i++, p += stride)
         out[i] = GTAOI_ROWS(p, stride);
     GTAOI_NAME(gtaoi_transpose4)(out);
@@ -4904,9 +4908,11 @@ GTAOI_FI void GTAOI_NAME(gtaoi_load4)(const float *p, ptrdiff_t stride, GV out[4
 GTAOI_FI void GTAOI_NAME(gtaoi_store4)(float *p, ptrdiff_t stride, const GV in[4]) {
     GV r[4];
     int i;
+    GTAOI_UNROLL
     for (i = 0; i < 4; i++)
         r[i] = in[i];
     GTAOI_NAME(gtaoi_transpose4)(r);
+    GTAOI_UNROLL
     for (i = 0; i < 4; i++, p += stride)
         GTAOI_PUT_ROWS(p, stride, r[i]);
 }
@@ -5038,6 +5044,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_heights)(const gtao_context *c, const float *imag
                      i += GTAOI_W) { /* what lies past the row's end is padding, filled below */
                     GV phases[4];
                     GTAOI_NAME(gtaoi_load4)(out + 4 * i, 4, phases);
+                    GTAOI_UNROLL
                     for (p = 0; p < 4; p++)
                         GV_STORE(to + (ptrdiff_t)p * c->segment + i, phases[p]);
                 }
@@ -8211,6 +8218,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_pick)(const gtao_frame_context *f, const void *im
     for (i = 0; i < GTAOI_TILE_W; i += GTAOI_W) {
         GV v[4];
         GTAOI_NAME(gtaoi_load4)(in + 4 * i, 4, v);
+        GTAOI_UNROLL
         for (j = 0; j < 3; j++)
             GV_STORE(values[j] + i, v[j]);
     }
@@ -8229,11 +8237,13 @@ GTAOI_FN int GTAOI_NAME(gtaoi_reduce_rest)(const gtao_frame_context *f, int x0, 
         for (i = 0; i < count; i += GTAOI_W) {
             GV n[3], len2, scale;
             GM valid;
+            GTAOI_UNROLL
             for (k = 0; k < 3; k++)
                 n[k] = GV_LOAD(values[k] + i);
             len2 = GV_ADD(GV_ADD(GV_MUL(n[0], n[0]), GV_MUL(n[1], n[1])), GV_MUL(n[2], n[2]));
             valid = GM_AND(GV_LE(GV_SET(1e-30f), len2), GV_LE(len2, GV_SET(FLT_MAX)));
             scale = GV_DIV(GV_SET(1.0f), GV_SQRT(len2));
+            GTAOI_UNROLL
             for (k = 0; k < 3; k++) {
                 GV unit = GV_SELECT(valid, GV_MUL(n[k], scale), GV_SET(0.0f));
                 changed |= GM_BITS(GV_EQ(unit, GV_LOAD(normal + k * f->plane + i))) != GTAOI_ALL;
@@ -8246,8 +8256,8 @@ GTAOI_FN int GTAOI_NAME(gtaoi_reduce_rest)(const gtao_frame_context *f, int x0, 
         GV to_pass = GV_SET(1.0f / (float)f->scale), zero = GV_SET(0.0f);
         GTAOI_NAME(gtaoi_pick)(f, f->f.motion, f->f.motion_stride, components, x0, y, count, which, values);
         for (i = 0; i < count; i += GTAOI_W)
-            for (k = 0; k < 3; k++) {
-                GV m = k < components ? GV_LOAD(values[k] + i) : zero;
+            for (k = 0; k < components; k++) { /* the third plane of two stays zero */
+                GV m = GV_LOAD(values[k] + i);
                 changed |= GM_BITS(GV_EQ(m, zero)) != GTAOI_ALL;
                 GV_STORE(motion + k * f->plane + i, k < 2 ? GV_MUL(m, to_pass) : m);
             }
@@ -8300,7 +8310,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_reduce)(const gtao_frame_context *f, int ty0, int
                 if (f->full.d.normals)
                     GTAOI_PREFETCH(f->normals + (ptrdiff_t)y * f->pitch + k * f->plane + x0 + 2 * GTAOI_TILE_W,
                                    GTAOI_TILE_W);
-                if (f->f.motion)
+                if (f->f.motion && k < f->f.motion_components)
                     GTAOI_PREFETCH(f->motion + (ptrdiff_t)y * f->pitch + k * f->plane + x0 + 2 * GTAOI_TILE_W,
                                    GTAOI_TILE_W);
             }
@@ -8478,10 +8488,9 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_reproject)(const gtao_frame_context *f, GV x, GV y,
     valid = GV_LT(GV_SET(GTAOI_SKY_LIMIT), w);
     if (f->f.motion) {
         const float *motion = f->motion + (ptrdiff_t)yi * f->pitch + xi;
-        GV dz = GV_LOAD(motion + 2 * f->plane);
         *px = GV_ADD(x, GV_LOAD(motion)), *py = GV_ADD(y, GV_LOAD(motion + f->plane));
         if (f->f.motion_components == 3) {
-            dz = GV_MUL(dz, GV_SET(1.0f / gtaoi_height_unit(c)));
+            GV dz = GV_MUL(GV_LOAD(motion + 2 * f->plane), GV_SET(1.0f / gtaoi_height_unit(c)));
             if (c->orthographic)
                 *pw = GV_SUB(w, dz);
             else /* 1 / (1 / w + dz) */
@@ -8644,7 +8653,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_temporal)(const gtao_frame_context *f, int set, i
                         GTAOI_PREFETCH(f->history_before + begin[k] + ahead + off, 16);
                         GTAOI_PREFETCH(to + begin[k] + off, 16);
                     }
-                for (k = 0; f->f.motion && k < 3; k++)
+                for (k = 0; f->f.motion && k < f->f.motion_components; k++)
                     GTAOI_PREFETCH(f->motion + (ptrdiff_t)y * f->pitch + k * plane + off, 16);
             }
             GTAOI_UNROLL
@@ -8886,21 +8895,6 @@ GTAOI_FI void GTAOI_NAME(gtaoi_join)(const gtao_frame_context *f, const GTAOI_TA
     out[0] = GV_SELECT(solid, out[0], one);
 }
 
-/* What the next half of a tile reads that is new to this row; more streams than processors follow on their own. */
-GTAOI_FN void GTAOI_NAME(gtaoi_upsample_ahead)(const gtao_frame_context *f, ptrdiff_t more, int x, int y, int full_y) {
-    const ptrdiff_t at = (ptrdiff_t)gtaoi_imin(y + 1, f->height) * f->pitch + x;
-    const char *depth = (const char *)f->full.d.depth + (ptrdiff_t)full_y * f->full.d.depth_stride;
-    int k;
-    GTAOI_PREFETCH(depth + (ptrdiff_t)x * f->scale * 4, GTAOI_TILE_W / 2 * f->scale);
-    GTAOI_PREFETCH(f->height_now + at, GTAOI_TILE_W / 2);
-    GTAOI_PREFETCH(f->result + at, GTAOI_TILE_W / 2);
-    for (k = 0; f->bent && k < 3; k++) {
-        GTAOI_PREFETCH(f->result + more + k * f->plane + at, GTAOI_TILE_W / 2);
-        if (f->full.d.normals)
-            GTAOI_PREFETCH(f->normals + (ptrdiff_t)y * f->pitch + k * f->plane + x, GTAOI_TILE_W / 2);
-    }
-}
-
 /* A row of `count` of the caller's pixels to the caller: visibility and three further planes of a set. */
 GTAOI_FN void GTAOI_NAME(gtaoi_put_row)(const gtao_frame_context *f, int set, int x, int y, int count,
                                         float planar[4][GTAOI_TILE_W]) {
@@ -8963,7 +8957,6 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int set, i
             int lanes = gtaoi_imin(GTAOI_TILE_W / 2, f->width - x0);
             int count = gtaoi_imin(GTAOI_TILE_W / 2 * s, c->d.width - x0 * s);
             float heights[GTAOI_TILE_W], planar[4][GTAOI_TILE_W];
-            GTAOI_NAME(gtaoi_upsample_ahead)(f, more, x0 + GTAOI_TILE_W / 2, y, full_y);
             if (s == 2)
                 GTAOI_NAME(gtaoi_height_row)
             (c, x0 * s, full_y, (lanes + GTAOI_W - 1) / GTAOI_W * GTAOI_W * 2, heights);

@@ -1,5 +1,5 @@
-/* bench_frames - what a frame of a sequence costs, stage by stage, beside the same frame written straight; and what the
- * depth chain for far samples gains and costs. Tables in Markdown into a directory.
+/* bench_frames - what a frame of a sequence costs, stage by stage, beside the same frame written straight and what reading
+ * and writing takes alone; and what the depth chain for far samples gains and costs. Tables in Markdown into a directory.
  *
  *     build/bench_frames [--quick] [--size WxH] [DIRECTORY]        (1920x1080, build/bench/tables)
  *
@@ -15,6 +15,7 @@
 #include "measure.h"
 #include "render.h"
 #include "straight.h"
+#include "streams.h"
 
 enum { REPEAT_MOST = 63, STAGES = 8, WARM = 4, REST_WARM = 76 };
 static const float radius = 1.25f, falloff = 0.25f;
@@ -72,6 +73,14 @@ static void set_draw(stage_set *s, int k) {
         fail(error);
 }
 
+/* From this frame's view space to the previous one's. */
+static void camera_motion(const stage_set *s, float m[12]) {
+    const raster_pose back = raster_inverse(&s->view.world_to_view);
+    const raster_pose step = raster_compose(&s->view.world_to_view_before, &back);
+    for (int i = 0; i < 12; ++i)
+        m[i] = (float)step.m[i];
+}
+
 static gtao_frame_desc describe(const stage_set *s) {
     static const render_settings plain = {.radius = 1.25f};
     gtao_frame_desc f;
@@ -84,8 +93,9 @@ static gtao_frame_desc describe(const stage_set *s) {
 
 typedef struct variant {
     const char *title;
-    int full, bent, guided, rest;
+    int full, bent, guided, rest, least; /* least: neither normals nor motion are given */
     gtao_isa isa;
+    float view_to_previous[12]; /* if least */
     void *state;
     size_t size;
     const char *names[STAGES];
@@ -106,6 +116,10 @@ static void run_variant(variant *v, const gtao_frame_desc *frame, float *visibil
     f.desc.isa = v->isa;
     f.unchanged = v->rest == 2;
     f.upsample_normals = v->guided;
+    if (v->least) {
+        f.desc.normals = NULL, f.motion = NULL;
+        memcpy(f.view_to_previous, v->view_to_previous, sizeof f.view_to_previous);
+    }
     if (!v->state) {
         v->size = gtao_frame_state_size(&f);
         v->state = take(v->size);
@@ -150,15 +164,65 @@ static void close_table(FILE *file) {
         fail("cannot write its tables");
 }
 
+/* What reading and writing alone takes. */
+typedef struct stream_times {
+    streams *memory;
+    double ms[STREAM_STAGES + 1][REPEAT_MOST], bytes[STREAM_STAGES + 1];
+    unsigned sum;
+} stream_times;
+
+static void run_streams(stream_times *t, const stream_frame *f, int repeat) {
+    double start = thread_seconds(), at = start;
+    for (int k = 0; k < STREAM_STAGES; ++k) {
+        double now;
+        t->bytes[k] = 0;
+        t->sum += streams_run(t->memory, f, (stream_stage)k, &t->bytes[k]);
+        now = thread_seconds();
+        if (repeat >= 0)
+            t->ms[k][repeat] = 1e3 * (now - at);
+        at = now;
+    }
+    if (repeat >= 0)
+        t->ms[STREAM_STAGES][repeat] = 1e3 * (at - start);
+}
+
+/* Beside the stages, for two settings. */
+static void write_streams(const char *directory, const variant *const v[2], stream_times s[2],
+                          const char *const names[], size_t pixels, int repeat) {
+    double alone[2][STREAM_STAGES + 1];
+    FILE *out = table(directory, "frames-streams");
+    fprintf(out, "| stage | all inputs | its streams | MB | ratio | depth alone | its streams | MB | ratio "
+                 "|\n|---|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+    for (int k = 0; k <= STREAM_STAGES; ++k) {
+        fprintf(out, k < STREAM_STAGES ? "| %s |" : "| **%s** |", k < STREAM_STAGES ? names[k] : "frame");
+        for (int i = 0; i < 2; ++i) {
+            const double ms = k < STREAM_STAGES ? ms_of(v[i], names[k]) : v[i]->ms[STAGES];
+            alone[i][k] = median(s[i].ms[k], repeat);
+            s[i].bytes[STREAM_STAGES] += k < STREAM_STAGES ? s[i].bytes[k] : 0;
+            fprintf(out, " %.2f | %.2f | %.0f | %.1f |", ms, alone[i][k], 1e-6 * s[i].bytes[k], ms / alone[i][k]);
+        }
+        fprintf(out, "\n");
+    }
+    fprintf(out, "\n- ns a pixel of the %zu at half resolution (goal: 12, %s):", pixels,
+            1e6 * v[1]->ms[STAGES] <= 12 * (double)pixels ? "met with depth alone" : "not met");
+    for (int i = 0; i < 2; ++i)
+        fprintf(out, " %s %.1f, its streams %.1f%s", i ? "depth alone" : "all inputs",
+                1e6 * v[i]->ms[STAGES] / (double)pixels, 1e6 * alone[i][STREAM_STAGES] / (double)pixels,
+                i ? "\n" : ";");
+    close_table(out);
+}
+
 static void stages_and_straight(const char *directory, int width, int height, int repeat) {
-    enum { MOVING, BENT, GUIDED, AVX2, FULL, REST, TOLD, VARIANTS };
-    static variant v[VARIANTS] = {{.title = "half"},
-                                  {.title = "half, with bent normals", .bent = 1},
-                                  {.title = "half, normals guide upsampling", .guided = 1},
-                                  {.title = "half, AVX2", .isa = GTAO_ISA_AVX2},
-                                  {.title = "full", .full = 1},
-                                  {.title = "half, nothing moves", .rest = 1},
-                                  {.title = "and `unchanged`", .rest = 2}};
+    enum { MOVING, BENT, GUIDED, AVX2, FULL, REST, TOLD, VARIANTS, LEAST = VARIANTS, ALL };
+    static variant v[ALL] = {{.title = "half"},
+                             {.title = "half, with bent normals", .bent = 1},
+                             {.title = "half, normals guide upsampling", .guided = 1},
+                             {.title = "half, AVX2", .isa = GTAO_ISA_AVX2},
+                             {.title = "full", .full = 1},
+                             {.title = "half, nothing moves", .rest = 1},
+                             {.title = "and `unchanged`", .rest = 2},
+                             {.title = "half, depth alone", .least = 1}};
+    static stream_times alone[2];
     static const char *const names[] = {"begin", "reduce", "prepare", "horizons", "spatial", "temporal", "upsample"};
     size_t n = (size_t)width * (size_t)height;
     float *visibility = take(n * 4), *other = take(n * 4), *bent = take(12 * n), *straight_v = take(n * 4);
@@ -166,7 +230,9 @@ static void stages_and_straight(const char *directory, int width, int height, in
     double difference = 0;
     stage_set moving, still;
     straight *plain = straight_open(width, height);
-    if (!plain)
+    for (int i = 0; i < 2; ++i)
+        alone[i].memory = streams_open(width, height);
+    if (!plain || !alone[0].memory || !alone[1].memory)
         fail("out of memory");
     if (!gtao_isa_available(GTAO_ISA_AVX2))
         v[AVX2].isa = GTAO_ISA_AUTO;
@@ -190,8 +256,13 @@ static void stages_and_straight(const char *directory, int width, int height, in
                      falloff,
                      moving.renderer.buffers.depth,
                      moving.renderer.buffers.normals};
-        for (int i = 0; i < VARIANTS; ++i)
+        camera_motion(&moving, v[LEAST].view_to_previous);
+        for (int i = 0; i < ALL; ++i)
             run_variant(&v[i], v[i].rest ? &rest : &f, i == MOVING ? visibility : other, bent, k - WARM);
+        for (int i = 0; i < 2; ++i) {
+            stream_frame inputs = {f.desc.depth, i ? NULL : f.desc.normals, i ? NULL : f.motion, other, (unsigned)k};
+            run_streams(&alone[i], &inputs, k - WARM);
+        }
         memset(seconds, 0, sizeof seconds);
         straight_frame(plain, &seen, f.motion, (unsigned)k, straight_v, seconds);
         each[STRAIGHT_STAGES][k < WARM ? 0 : k - WARM] = 0;
@@ -202,7 +273,7 @@ static void stages_and_straight(const char *directory, int width, int height, in
     }
     for (size_t i = 0; i < n; ++i)
         difference += ((double)visibility[i] - (double)straight_v[i]) * ((double)visibility[i] - (double)straight_v[i]);
-    for (int i = 0; i < VARIANTS; ++i) {
+    for (int i = 0; i < ALL; ++i) {
         for (int k = 0; k < v[i].stages; ++k)
             v[i].ms[k] = median(v[i].times[k], repeat);
         v[i].ms[STAGES] = median(v[i].times[STAGES], repeat);
@@ -250,8 +321,12 @@ static void stages_and_straight(const char *directory, int width, int height, in
             "0.25, %s)\n",
             v[REST].ms[STAGES] / v[MOVING].ms[STAGES], told, told < 0.25 ? "met" : "not met");
     close_table(out);
-    for (int i = 0; i < VARIANTS; ++i)
+    const variant *const compared[2] = {&v[MOVING], &v[LEAST]};
+    write_streams(directory, compared, alone, names + 1, n / 4, repeat);
+    for (int i = 0; i < ALL; ++i)
         free(v[i].state);
+    for (int i = 0; i < 2; ++i)
+        streams_close(alone[i].memory);
     free(visibility), free(other), free(bent), free(straight_v);
     straight_close(plain);
     set_close(&moving);

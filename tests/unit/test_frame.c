@@ -296,6 +296,34 @@ static void history_starts_anew(void **state) {
     sequence_free(&q);
 }
 
+/* Motion in three components, then in two: what is shown of the third is zero. */
+static void motion_has_no_third_component(void **state) {
+    enum { W = 64, H = 48 };
+    static const gtao_frame_desc options = {.half = 1, .motion_components = 3};
+    static float motion[W * H * 3];
+    sequence q = sequence_make(&settings[1], W, H, &options, tight);
+    (void)state;
+    for (int i = 0; i < W * H * 3; i++)
+        motion[i] = 0.25f;
+    for (int components = 3; components >= 2; components--) {
+        gtao_frame_context *context;
+        const float *third = NULL;
+        const char *name;
+        ptrdiff_t stride;
+        q.frame.motion = motion, q.frame.motion_stride = 0, q.frame.motion_components = components;
+        sequence_fill(&q, &settings[1], 0);
+        assert_int_equal(gtao_frame_begin(&q.frame, &q.out.output, q.state, q.state_size, &context), GTAO_OK);
+        gtao_frame_run(context, 0, 0, gtao_frame_units(context, 0), NULL);
+        for (int k = 0; gtao_frame_stage_plane(context, 0, k, &name, &stride); k++)
+            if (strcmp(name, "motion.Z") == 0)
+                third = gtao_frame_stage_plane(context, 0, k, &name, &stride);
+        assert_non_null(third);
+        for (int i = 0; i < W / 2 * (H / 2); i++)
+            assert_true(third[i / (W / 2) * (stride / 4) + i % (W / 2)] == (components == 3 ? 0.25f : 0.0f));
+    }
+    sequence_free(&q);
+}
+
 /* ---- spherical harmonics ----------------------------------------------------------------------------------------- */
 
 /* They go through the filters with the weights of visibility and bent normals: so the first coefficient stays 0.28 of the
@@ -508,7 +536,7 @@ static void signal_is_the_output_before_filters(void **state) {
 
 int main(void) {
     enum { SETTINGS = sizeof settings / sizeof settings[0] };
-    struct CMUnitTest tests[SETTINGS + 11] = {cmocka_unit_test(thickness_maps_are_read),
+    struct CMUnitTest tests[SETTINGS + 12] = {cmocka_unit_test(thickness_maps_are_read),
                                               cmocka_unit_test(harmonics_follow_the_rest),
                                               cmocka_unit_test(bent_normals_alone_are_the_same),
                                               cmocka_unit_test(splits_and_strides_agree),
@@ -517,13 +545,14 @@ int main(void) {
                                               cmocka_unit_test(one_nan_neither_spreads_nor_stays),
                                               cmocka_unit_test(skipping_changes_no_bit),
                                               cmocka_unit_test(history_starts_anew),
+                                              cmocka_unit_test(motion_has_no_third_component),
                                               cmocka_unit_test(every_error_fires),
                                               cmocka_unit_test(signal_is_the_output_before_filters)};
     static char names[SETTINGS][64];
     for (int i = 0; i < SETTINGS; i++) {
         struct CMUnitTest test = {names[i], isas_agree, NULL, NULL, (void *)(uintptr_t)&settings[i]};
         snprintf(names[i], sizeof names[i], "isas_agree: %s", settings[i].name);
-        tests[11 + i] = test;
+        tests[12 + i] = test;
     }
     return cmocka_run_group_tests_name("frame", tests, NULL, NULL);
 }
