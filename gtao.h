@@ -2025,7 +2025,7 @@ static void gtaoi_fill_tables(gtao_context *c, int max_radius, const unsigned ch
     GTAOI_NO_CONTRACT
     int px, py, k, r, last = c->classes - 1;
     double ratio = c->orthographic ? (double)gtaoi_sy(&c->d.camera) / (double)c->d.camera.sx : 1.0;
-    while (chosen && last > 0 && !chosen[last])
+    while (chosen && last > 0 && !chosen[last]) /* the longest list that is needed, and one more for rounding */
         last--;
     for (py = 0; py < c->period; py++)
         for (px = 0; px < c->period; px++) {
@@ -2049,7 +2049,7 @@ static void gtaoi_fill_tables(gtao_context *c, int max_radius, const unsigned ch
                     continue;
                 if (c->every_pixel)
                     gtaoi_fill_every(c, c->sample + (size_t)index * (size_t)c->max_steps, c->taps + index * GTAOI_NEAR,
-                                     px, dx, dy, gtaoi_class_radius(c, last, 1.0 / b, max_radius));
+                                     px, dx, dy, gtaoi_class_radius(c, last, 1.0 / b, max_radius) + 1.0);
                 for (r = 0; r < c->classes; r++) {
                     size_t at = (size_t)index * (size_t)c->classes + (size_t)r;
                     double radius = gtaoi_class_radius(c, r, 1.0 / b, max_radius);
@@ -2656,6 +2656,8 @@ static void gtaoi_store_shared(const gtao_context *c, int x, int y, float slices
             bx = own[2 * e->plane + i], by = own[3 * e->plane + i], bz = own[4 * e->plane + i];
             length = bx * bx + by * by + bz * bz;
         }
+        if (!(length >= 1e-12f)) /* slices of its own that do, with normals that are none */
+            bx = by = 0.0f, bz = -1.0f, length = 1.0f;
         length = (float)sqrt((double)length);
         b[3 * i] = bx / length, b[3 * i + 1] = by / length, b[3 * i + 2] = bz / length;
         s[1][i] = bx, s[2][i] = by, s[3][i] = bz;
@@ -3557,13 +3559,23 @@ GTAO_API void gtao_share_rows(const gtao_context *context, int row_begin, int ro
         }
 }
 
-/* Marks the radius classes of the pixels of a tile, with one more on each side; `farthest` is the longest ray. */
-static void gtaoi_mark_classes(const gtao_context *c, const gtaoi_effort_tile *t, float farthest, unsigned char *used) {
+/* Marks the radius classes of the pixels of a tile, with one more on each side; `farthest` is the longest ray. Every
+ * pixel: those out to the silhouette of the sphere, as in gtaoi_setup. */
+static void gtaoi_mark_classes(const gtao_context *c, int every_pixel, const gtaoi_effort_tile *t, float farthest,
+                               unsigned char *used) {
     GTAOI_NO_CONTRACT
     int from = 0, to = c->classes - 1;
     if (!c->orthographic && c->bounded) {
+        float extent = t->w_most * farthest * c->reach, sine = t->w_most * c->reach;
+        if (every_pixel && sine < 1.0f) {
+            float tangent = sine / sqrtf(1.0f - sine * sine), inv = 1.0f / farthest;
+            float room = inv - tangent * sqrtf(gtaoi_max(1.0f - inv * inv, 0.0f));
+            extent = room > 0.0f ? farthest * tangent / room : c->extent_max;
+        } else if (every_pixel) {
+            extent = c->extent_max;
+        }
         from = gtaoi_class(c, gtaoi_clamp(t->w_least * c->reach, c->extent_min, c->extent_max)) - 1;
-        to = gtaoi_class(c, gtaoi_clamp(t->w_most * farthest * c->reach, c->extent_min, c->extent_max)) + 1;
+        to = gtaoi_class(c, gtaoi_clamp(extent, c->extent_min, c->extent_max)) + 1;
     }
     for (from = gtaoi_imax(from, 0), to = gtaoi_imin(to, c->classes - 1); from <= to; from++)
         used[from] = 1;
@@ -3672,7 +3684,7 @@ GTAO_API float gtao_refine_begin(gtao_context *context, float most) {
         k = e->tile[i].wanted;
         level_used[k] = 1;
         if (k && e->tile[i].count > 0.0f)
-            gtaoi_mark_classes(context, &e->tile[i], farthest, used[k]);
+            gtaoi_mark_classes(context, e->level[k].every_pixel, &e->tile[i], farthest, used[k]);
     }
     for (k = 1; k < e->levels; k++)
         if (level_used[k])
