@@ -1545,8 +1545,8 @@ static const struct {
     int slices, steps;
     float error, alone, settled;
 } gtaoi_levels[GTAOI_LEVELS] = {
-    {1, 24, 0.73f, 0.345f, 1.0f},   {3, 24, 0.391f, 0.035f, 0.27f}, {4, 32, 0.256f, 0.01f, 0.15f},
-    {6, 48, 0.152f, 0.01f, 0.068f}, {9, 0, 0.0555f, 0.0f, 0.037f},  {17, 0, 0.0225f, 0.0f, 0.0143f},
+    {1, 24, 0.75f, 0.5f, 1.0f},      {3, 24, 0.4f, 0.06f, 0.27f},      {4, 32, 0.26f, 0.025f, 0.15f},
+    {6, 48, 0.152f, 0.018f, 0.068f}, {9, 0, 0.0565f, 0.0015f, 0.037f}, {17, 0, 0.0228f, 0.0002f, 0.0143f},
 };
 
 typedef struct gtaoi_effort_tile {
@@ -2680,6 +2680,8 @@ static void gtaoi_sum_tile(gtaoi_effort_tile *t, float columns[5][GTAOI_EFFORT_W
         t->variance += columns[0][i], t->count += columns[1][i], t->alone += columns[4][i];
         t->w_least = gtaoi_min(t->w_least, columns[2][i]), t->w_most = gtaoi_max(t->w_most, columns[3][i]);
     }
+    if (t->count > 0.0f) /* clutter keeps more error than its variance says, smooth shade less: fitted */
+        t->variance *= 0.7f + 60.0f * t->variance / t->count;
 }
 
 /* Index of the lowest and of the highest bit; m is not 0. */
