@@ -345,7 +345,7 @@ typedef struct gtao_desc {
     float step_power;   /* samples lie at 1 + (radius_px - 1) ((j + offset) / steps)^power; 0: 2 */
     float error_target; /* RMSE of visibility to aim at, against endless slices and samples: effort goes where the image
                          * needs it, preset, slices, steps and every_pixel are not read (docs/performance.md). Needs
-                         * GTAO_NOISE_MEMO. 0: off; below 0.02 is out of reach */
+                         * GTAO_NOISE_MEMO. 0: off; below 0.01 may be out of reach, in clutter below 0.02 */
     float tolerance;    /* error of a visibility that may be traded for speed, 0..1; 0: none. What rises little above a
                        * tangent plane does not count, so bumpy ground is open ground. The visibility is never less
                        * than without it and at most this more (normalized estimator, no thin_blend, no thickness) */
@@ -467,11 +467,11 @@ GTAO_API void gtao_visibility_rows(const gtao_context *context, int row_begin, i
 
 /* With error_target set, gtao_visibility_rows is the first of these stages, to be finished one before the other, and
  * gtao_share_rows writes the output:
- *   gtao_visibility_rows  one slice of 16 samples a pixel
+ *   gtao_visibility_rows  one slice of 24 samples a pixel
  *   gtao_share_rows       neighbours on one surface share their slices: the first result, with an estimate of its error
- *   gtao_refine_begin     one thread: more slices for the tiles in which they take off most error for their time, till
- *                         the target is met
- *   gtao_refine_rows      ... computes these
+ *   gtao_refine_begin     one thread: further slices for the tiles in which they take off most error for their time,
+ *                         till the target is met
+ *   gtao_refine_rows      ... computes these, which join the first
  *   gtao_share_rows       ... and these tiles' results
  * For a time budget: `most` is what may be spent, in times of what gtao_visibility_rows took (0: no limit); a target of
  * 1e-6 with it gives the least error within it. When time is up, gtao_refine_rows may be left out for the rest of the
@@ -1545,8 +1545,8 @@ static const struct {
     int slices, steps;
     float error, alone, settled;
 } gtaoi_levels[GTAOI_LEVELS] = {
-    {1, 24, 0.75f, 0.5f, 1.0f},      {3, 24, 0.4f, 0.06f, 0.27f},      {4, 32, 0.26f, 0.025f, 0.15f},
-    {6, 48, 0.152f, 0.018f, 0.068f}, {9, 0, 0.0565f, 0.0015f, 0.037f}, {17, 0, 0.0228f, 0.0002f, 0.0143f},
+    {1, 24, 0.75f, 0.5f, 1.0f},      {3, 24, 0.4f, 0.06f, 0.33f},     {4, 32, 0.26f, 0.025f, 0.165f},
+    {6, 48, 0.152f, 0.018f, 0.068f}, {9, 0, 0.054f, 0.0015f, 0.024f}, {17, 0, 0.0205f, 0.0002f, 0.007f},
 };
 
 typedef struct gtaoi_effort_tile {
@@ -3628,6 +3628,7 @@ static float gtaoi_effort_costs(const gtao_context *c, gtaoi_effort_tile *t, int
 
 /* The level of least error + price * time of every tile; the sums of both. */
 static void gtaoi_choose_levels(const gtaoi_effort *e, int price_index, double *error, double *time) {
+    GTAOI_NO_CONTRACT
     static const double eighths[8] = {1.0,         0.917004043, 0.840896415, 0.771105413,
                                       0.707106781, 0.648419777, 0.594603558, 0.545253866};
     double price = 16.0 * eighths[price_index & 7];
