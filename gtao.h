@@ -8248,7 +8248,10 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
     uint8_t known[32768 / GTAOI_CELL];
     unsigned skips = c->skips;
     int x, y, i, end, right;
-    memset(tiles, 0, sizeof tiles);
+    const int first = c->x_begin & ~63;
+    /* not all: a tile's single row (gtao_refine_rows) takes little longer than they */
+    const size_t size = (size_t)gtaoi_imin((c->x_end - first + 63) / 64, GTAOI_SPAN) * sizeof *tiles;
+    memset(tiles, 0, size);
     if (c->pass) /* far horizons join: only samples can be left out */
         skips &= c->pass->tilt_x ? 0u : (unsigned)GTAO_SKIP_SECTORS;
     if (skips)
@@ -8256,9 +8259,9 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
     for (y = y0; y < y1; y = end) {
         int worth_it = skips != 0;
         end = gtaoi_imin((y / GTAOI_CELL + 1) * GTAOI_CELL, y1);
-        if (end - y < GTAOI_CELL / 4 && end < c->d.height) /* a few rows do not pay for it */
-            worth_it = 0, memset(tiles, 0, sizeof tiles);
-        for (x = c->x_begin & ~63; x < c->x_end; x = right) {
+        if (worth_it && end - y < GTAOI_CELL / 4 && end < c->d.height) /* a few rows do not pay for it */
+            worth_it = 0, memset(tiles, 0, size);
+        for (x = first; x < c->x_end; x = right) {
             right = gtaoi_imin(x + 64 * GTAOI_SPAN, c->x_end);
             for (i = 0; worth_it && x + 64 * i < right; i++)
                 GTAOI_NAME(gtaoi_look)(c, known, skips, x + 64 * i, y - y % GTAOI_CELL, &tiles[i]);
