@@ -345,7 +345,7 @@ typedef struct gtao_desc {
     float step_power;   /* samples lie at 1 + (radius_px - 1) ((j + offset) / steps)^power; 0: 2 */
     float error_target; /* RMSE of visibility to aim at, against endless slices and samples: effort goes where the image
                          * needs it, preset, slices, steps and every_pixel are not read (docs/performance.md). Needs
-                         * GTAO_NOISE_MEMO. 0: off; below 0.02 is out of reach */
+                         * GTAO_NOISE_MEMO. 0: off; below 0.01 may be out of reach, in clutter below 0.02 */
     float tolerance;    /* error of a visibility that may be traded for speed, 0..1; 0: none. What rises little above a
                        * tangent plane does not count, so bumpy ground is open ground. The visibility is never less
                        * than without it and at most this more (normalized estimator, no thin_blend, no thickness) */
@@ -467,11 +467,11 @@ GTAO_API void gtao_visibility_rows(const gtao_context *context, int row_begin, i
 
 /* With error_target set, gtao_visibility_rows is the first of these stages, to be finished one before the other, and
  * gtao_share_rows writes the output:
- *   gtao_visibility_rows  one slice of 16 samples a pixel
+ *   gtao_visibility_rows  one slice of 24 samples a pixel
  *   gtao_share_rows       neighbours on one surface share their slices: the first result, with an estimate of its error
- *   gtao_refine_begin     one thread: more slices for the tiles in which they take off most error for their time, till
- *                         the target is met
- *   gtao_refine_rows      ... computes these
+ *   gtao_refine_begin     one thread: further slices for the tiles in which they take off most error for their time,
+ *                         till the target is met
+ *   gtao_refine_rows      ... computes these, which join the first
  *   gtao_share_rows       ... and these tiles' results
  * For a time budget: `most` is what may be spent, in times of what gtao_visibility_rows took (0: no limit); a target of
  * 1e-6 with it gives the least error within it. When time is up, gtao_refine_rows may be left out for the rest of the
@@ -1500,6 +1500,7 @@ struct gtao_context {
     ptrdiff_t far_pitch;
     float *noise;                   /* per-pixel noise: [64][64 + GTAOI_LANES][2 planes] */
     float *step;                    /* per-pixel noise: ((j + offset) / steps)^power, [steps][64 offsets] */
+    int before;                     /* slices in the planes that this context's join; 0: none, it writes its own */
     int slice_begin, slice_end;     /* the slices of this pass over the rows: all of them, or a sweep's batch */
     int x_begin, x_end;             /* columns that are wanted */
     const struct gtaoi_pass *pass;  /* of a sweep; null: none */
@@ -1533,25 +1534,26 @@ enum {
     GTAOI_EFFORT_W = 64, /* a tile: one group of 16 pixels of each of the 16 phases */
     GTAOI_EFFORT_H = 4,
     GTAOI_EFFORT_PAD = 16,
-    GTAOI_LEVELS = 7
+    GTAOI_LEVELS = 6
 };
 
-/* Slices and samples of each level; squared error left after sharing, by the variance of the window's mean as the first
- * level has it; time, by that of the first level; and what is left of the variance of one slice, about 1 / slices^1.5.
- * All fitted to the scenes of build/bench_effort. */
+/* Slices and samples of each level (0: every pixel), the first level's slice among them; squared error left after
+ * sharing, by the variance of the window's mean and by visible (1 - visible) of pixels that share with none, both as the
+ * first level has them; and what is left of the variance of one slice, about 1 / slices^1.5. All fitted to the scenes of
+ * build/bench_effort. */
 static const struct {
     int slices, steps;
-    float error, cost, settled;
+    float error, alone, settled;
 } gtaoi_levels[GTAOI_LEVELS] = {
-    {1, 24, 1.1f, 1.0f, 1.0f},     {2, 24, 0.72f, 2.1f, 1.4f},   {3, 32, 0.43f, 3.4f, 0.385f},
-    {4, 48, 0.275f, 5.3f, 0.188f}, {6, 64, 0.18f, 9.1f, 0.068f}, {8, 64, 0.145f, 12.3f, 0.044f},
-    {16, 64, 0.1f, 25.5f, 0.016f},
+    {1, 24, 0.75f, 0.5f, 1.0f},      {3, 24, 0.4f, 0.06f, 0.33f},     {4, 32, 0.26f, 0.025f, 0.165f},
+    {6, 48, 0.152f, 0.018f, 0.068f}, {9, 0, 0.054f, 0.0015f, 0.024f}, {17, 0, 0.0205f, 0.0002f, 0.007f},
 };
 
 typedef struct gtaoi_effort_tile {
-    float variance, count;       /* sums over the tile's pixels, of those with a surface */
-    float w_least, w_most;       /* of their heights; least > most: none */
-    unsigned char level, wanted; /* what has been computed, what is to be */
+    float variance, alone, count; /* sums over the tile's pixels, of those with a surface */
+    float cost[GTAOI_LEVELS];     /* of each level, about ns a pixel */
+    float w_least, w_most;        /* of their heights; least > most: none */
+    unsigned char level, wanted;  /* what has been computed, what is to be */
 } gtaoi_effort_tile;
 
 enum { /* planes: those of the signal first, then harmonics */
@@ -1765,19 +1767,30 @@ static gtao_result gtaoi_check_output(const gtao_desc *d, const gtao_output *o) 
     return GTAO_OK;
 }
 
-/* Levels that a target may want: the highest ones for small targets only. */
+/* Bytes of a level's tables, and where each begins: slices, samples, counts, taps. */
+static uint64_t gtaoi_level_tables(int level, int classes, int max_radius, uint64_t at[4]) {
+    uint64_t lists = 16 * (uint64_t)(gtaoi_levels[level].slices - gtaoi_levels[0].slices), sizes[4], sum = 0;
+    int i, steps = gtaoi_levels[level].steps;
+    sizes[0] = lists * sizeof(gtaoi_slice);
+    sizes[1] = lists * (uint64_t)(steps ? steps * classes : max_radius) * sizeof(gtaoi_sample);
+    sizes[2] = lists * (uint64_t)classes * sizeof(int);
+    sizes[3] = steps ? 0 : lists * GTAOI_NEAR * sizeof(gtaoi_taps);
+    for (i = 0; i < 4; sum += (sizes[i++] + 63) / 64 * 64)
+        if (at)
+            at[i] = sum;
+    return sum;
+}
+
+/* Levels that a target may want: the highest one for small targets only. */
 static void gtaoi_plan_effort(const gtao_desc *d, gtaoi_layout *l) {
-    uint64_t tables = 16 * (uint64_t)l->classes, at = (l->total + 63) / 64 * 64;
+    uint64_t at = (l->total + 63) / 64 * 64;
     int i;
-    l->levels = d->error_target >= 0.05f ? 5 : d->error_target >= 0.03f ? 6 : GTAOI_LEVELS;
+    l->levels = d->error_target >= 0.03f ? GTAOI_LEVELS - 1 : GTAOI_LEVELS;
     l->effort = at;
     at += (sizeof(gtaoi_effort) + 63) / 64 * 64;
-    for (i = 1; i < l->levels; i++) { /* slices, samples, counts */
-        uint64_t n = (uint64_t)gtaoi_levels[i].slices;
+    for (i = 1; i < l->levels; i++) {
         l->level_tables[i] = at;
-        at += (16 * n * sizeof(gtaoi_slice) + 63) / 64 * 64;
-        at += tables * n * (uint64_t)gtaoi_levels[i].steps * sizeof(gtaoi_sample);
-        at += (tables * n * sizeof(int) + 63) / 64 * 64;
+        at += gtaoi_level_tables(i, l->classes, l->max_radius, NULL);
     }
     l->effort_pitch = ((d->width + GTAOI_EFFORT_W - 1) & ~(GTAOI_EFFORT_W - 1)) + 2 * GTAOI_EFFORT_PAD;
     l->effort_planes = 18; /* what the output does not ask for is not touched */
@@ -1994,11 +2007,26 @@ static int gtaoi_fill_far(const gtao_context *c, const gtaoi_sample *s, gtaoi_fa
     return begin;
 }
 
+/* Direction of slice k, in half turns: those of a pixel are as far apart as they can be, and so are those of all 16
+ * phases of the noise, which lie 1/16 apart. Slices that join another one stand around that. With more common factors
+ * of 16 and their number than 1, turns by k / number alone would meet other phases' slices: hence the rest. */
+static double gtaoi_slice_turn(const gtao_context *c, int k, double direction) {
+    GTAOI_NO_CONTRACT
+    int all = c->before + c->slices, factor = all & -all;
+    if (!c->before)
+        return ((double)k + direction) / (double)all;
+    k += c->before, factor = factor < 16 ? factor : 16;
+    direction += ((double)k + (double)(k * factor / all) / 16.0) / (double)all;
+    return direction < 1.0 ? direction : direction - 1.0;
+}
+
 /* `chosen`: the radius classes that are wanted; null: all. */
 static void gtaoi_fill_tables(gtao_context *c, int max_radius, const unsigned char *chosen) {
     GTAOI_NO_CONTRACT
-    int px, py, k, r;
+    int px, py, k, r, last = c->classes - 1;
     double ratio = c->orthographic ? (double)gtaoi_sy(&c->d.camera) / (double)c->d.camera.sx : 1.0;
+    while (chosen && last > 0 && !chosen[last]) /* the longest list that is needed, and one more for rounding */
+        last--;
     for (py = 0; py < c->period; py++)
         for (px = 0; px < c->period; px++) {
             double direction, offset;
@@ -2008,7 +2036,7 @@ static void gtaoi_fill_tables(gtao_context *c, int max_radius, const unsigned ch
                 int index = phase * c->slices + k;
                 gtaoi_slice *s = &c->slice[index];
                 double dx, dy, bx, by, b;
-                gtaoi_sincospi(((double)k + direction) / (double)c->slices, &dy, &dx);
+                gtaoi_sincospi(gtaoi_slice_turn(c, k, direction), &dy, &dx);
                 bx = c->orthographic ? dx : dx / (double)c->d.camera.fx;
                 by = c->orthographic ? dy * ratio : dy / (double)gtaoi_fy(&c->d.camera);
                 b = sqrt(bx * bx + by * by);
@@ -2021,7 +2049,7 @@ static void gtaoi_fill_tables(gtao_context *c, int max_radius, const unsigned ch
                     continue;
                 if (c->every_pixel)
                     gtaoi_fill_every(c, c->sample + (size_t)index * (size_t)c->max_steps, c->taps + index * GTAOI_NEAR,
-                                     px, dx, dy, max_radius);
+                                     px, dx, dy, gtaoi_class_radius(c, last, 1.0 / b, max_radius) + 1.0);
                 for (r = 0; r < c->classes; r++) {
                     size_t at = (size_t)index * (size_t)c->classes + (size_t)r;
                     double radius = gtaoi_class_radius(c, r, 1.0 / b, max_radius);
@@ -2297,7 +2325,6 @@ static void gtaoi_begin_cells(gtao_context *c, float *cells, uint32_t *prepared)
 /* The levels' contexts, which write planes of the scratch in place of the caller's buffers. */
 static void gtaoi_begin_effort(gtao_context *c, const gtaoi_layout *l, char *base) {
     gtaoi_effort *e = (gtaoi_effort *)(void *)(base + l->effort);
-    uint64_t tables = 16 * (uint64_t)c->classes;
     int i;
     memset(e, 0, sizeof *e);
     e->levels = l->levels;
@@ -2329,15 +2356,19 @@ static void gtaoi_begin_effort(gtao_context *c, const gtaoi_layout *l, char *bas
         if (i == 0) {
             level->keep = e->planes[GTAOI_EFFORT_HEIGHT];
         } else {
-            char *at = base + l->level_tables[i];
-            uint64_t n = (uint64_t)gtaoi_levels[i].slices;
-            level->slices = level->slice_end = gtaoi_levels[i].slices;
-            level->max_steps = gtaoi_levels[i].steps;
-            level->slice = (gtaoi_slice *)(void *)at;
-            at += (16 * n * sizeof(gtaoi_slice) + 63) / 64 * 64;
-            level->sample = (gtaoi_sample *)(void *)at;
-            at += tables * n * (uint64_t)level->max_steps * sizeof(gtaoi_sample);
-            level->count = (int *)(void *)at;
+            char *tables = base + l->level_tables[i];
+            uint64_t at[4];
+            gtaoi_level_tables(i, c->classes, l->max_radius, at);
+            level->before = c->slices;
+            level->slices = level->slice_end = gtaoi_levels[i].slices - c->slices;
+            level->every_pixel = gtaoi_levels[i].steps == 0;
+            level->max_steps = level->every_pixel ? l->max_radius : gtaoi_levels[i].steps;
+            level->plain = level->plain && !level->every_pixel;
+            level->skips = 0; /* rows come one by one */
+            level->slice = (gtaoi_slice *)(void *)(tables + at[0]);
+            level->sample = (gtaoi_sample *)(void *)(tables + at[1]);
+            level->count = (int *)(void *)(tables + at[2]);
+            level->taps = (gtaoi_taps *)(void *)(tables + at[3]);
         }
     }
     c->effort = e;
@@ -2616,6 +2647,7 @@ static void gtaoi_store_shared(const gtao_context *c, int x, int y, float slices
     GTAOI_NO_CONTRACT
     const gtaoi_effort *e = c->effort;
     const float *own = e->planes[GTAOI_EFFORT_SIGNAL] + (ptrdiff_t)y * e->pitch + x;
+    const float *height = e->planes[GTAOI_EFFORT_HEIGHT] + (ptrdiff_t)y * e->pitch + x;
     float b[3 * GTAOI_EFFORT_W], s[4][4 * GTAOI_LANES];
     int i, k, n = gtaoi_imin(GTAOI_EFFORT_W, c->d.width - x), bent = c->bent ? 3 : 0;
     for (i = 0; c->bent && i < n; i++) {
@@ -2624,28 +2656,32 @@ static void gtaoi_store_shared(const gtao_context *c, int x, int y, float slices
             bx = own[2 * e->plane + i], by = own[3 * e->plane + i], bz = own[4 * e->plane + i];
             length = bx * bx + by * by + bz * bz;
         }
+        if (!(length >= 1e-12f)) /* slices of its own that do, with normals that are none */
+            bx = by = 0.0f, bz = -1.0f, length = 1.0f;
         length = (float)sqrt((double)length);
         b[3 * i] = bx / length, b[3 * i + 1] = by / length, b[3 * i + 2] = bz / length;
         s[1][i] = bx, s[2][i] = by, s[3][i] = bz;
     }
     if (c->d.estimator == GTAO_ESTIMATOR_MEMO)
         slices = 1.0f;
-    for (i = 0; c->signal && i < n; i++)
-        s[0][i] = own[e->plane + i] / slices;
+    for (i = 0; c->signal && i < n; i++) /* 1 where there is no surface */
+        s[0][i] = height[i] > GTAOI_SKY_LIMIT ? own[e->plane + i] / slices : 1.0f;
     gtaoi_store(c, x, y, n, result[0], b, s);
     for (k = 0; c->o.sh && k < gtaoi_sh_count(&c->o); k++)
         memcpy((char *)c->o.sh + (ptrdiff_t)k * c->o.sh_plane_stride + (ptrdiff_t)y * c->o.sh_stride + (ptrdiff_t)x * 4,
                result[1 + bent + k], (size_t)n * 4);
 }
 
-static void gtaoi_sum_tile(gtaoi_effort_tile *t, float columns[4][GTAOI_EFFORT_W]) {
+static void gtaoi_sum_tile(gtaoi_effort_tile *t, float columns[5][GTAOI_EFFORT_W]) {
     GTAOI_NO_CONTRACT
     int i;
-    t->variance = t->count = 0.0f, t->w_least = FLT_MAX, t->w_most = -FLT_MAX;
+    t->variance = t->alone = t->count = 0.0f, t->w_least = FLT_MAX, t->w_most = -FLT_MAX;
     for (i = 0; i < GTAOI_EFFORT_W; i++) {
-        t->variance += columns[0][i], t->count += columns[1][i];
+        t->variance += columns[0][i], t->count += columns[1][i], t->alone += columns[4][i];
         t->w_least = gtaoi_min(t->w_least, columns[2][i]), t->w_most = gtaoi_max(t->w_most, columns[3][i]);
     }
+    if (t->count > 0.0f) /* clutter keeps more error than its variance says, smooth shade less: fitted */
+        t->variance *= 0.7f + 60.0f * t->variance / t->count;
 }
 
 /* Index of the lowest and of the highest bit; m is not 0. */
@@ -3525,13 +3561,23 @@ GTAO_API void gtao_share_rows(const gtao_context *context, int row_begin, int ro
         }
 }
 
-/* Marks the radius classes of the pixels of a tile, with one more on each side; `farthest` is the longest ray. */
-static void gtaoi_mark_classes(const gtao_context *c, const gtaoi_effort_tile *t, float farthest, unsigned char *used) {
+/* Marks the radius classes of the pixels of a tile, with one more on each side; `farthest` is the longest ray. Every
+ * pixel: those out to the silhouette of the sphere, as in gtaoi_setup. */
+static void gtaoi_mark_classes(const gtao_context *c, int every_pixel, const gtaoi_effort_tile *t, float farthest,
+                               unsigned char *used) {
     GTAOI_NO_CONTRACT
     int from = 0, to = c->classes - 1;
     if (!c->orthographic && c->bounded) {
+        float extent = t->w_most * farthest * c->reach, sine = t->w_most * c->reach;
+        if (every_pixel && sine < 1.0f) {
+            float tangent = sine / sqrtf(1.0f - sine * sine), inv = 1.0f / farthest;
+            float room = inv - tangent * sqrtf(gtaoi_max(1.0f - inv * inv, 0.0f));
+            extent = room > 0.0f ? farthest * tangent / room : c->extent_max;
+        } else if (every_pixel) {
+            extent = c->extent_max;
+        }
         from = gtaoi_class(c, gtaoi_clamp(t->w_least * c->reach, c->extent_min, c->extent_max)) - 1;
-        to = gtaoi_class(c, gtaoi_clamp(t->w_most * farthest * c->reach, c->extent_min, c->extent_max)) + 1;
+        to = gtaoi_class(c, gtaoi_clamp(extent, c->extent_min, c->extent_max)) + 1;
     }
     for (from = gtaoi_imax(from, 0), to = gtaoi_imin(to, c->classes - 1); from <= to; from++)
         used[from] = 1;
@@ -3548,65 +3594,106 @@ static float gtaoi_farthest(const gtao_context *c) {
     return (float)sqrt((double)(rx * rx + ry * ry + 1.0f));
 }
 
-/* A bin of the tiles by their variance, four an octave. */
-static int gtaoi_effort_bin(const gtaoi_effort_tile *t) {
-    return gtaoi_imin(gtaoi_imax((int)(gtaoi_bits(t->variance) >> 21) - (100 << 2), 0), 255);
+/* About how many of the samples of a radius are within `end` pixels: near ones that fall on one pixel count once. */
+static float gtaoi_expect_samples(int steps, float radius, float end) {
+    GTAOI_NO_CONTRACT
+    float s = (float)steps, near_ones = s * s / (4.0f * radius);
+    return steps == 0 || s >= 2.0f * radius || end <= near_ones ? end : s * sqrtf(end / radius) - near_ones;
 }
 
-/* Least error for the time: each tile takes the level of least error + price * time. The price falls until the error
- * meets the target or the time its limit. */
+/* Times of a tile's levels, ns a pixel on one machine, of which only the ratios matter. Returns the first level's. */
+static float gtaoi_effort_costs(const gtao_context *c, gtaoi_effort_tile *t, int x, int y) {
+    GTAOI_NO_CONTRACT
+    float radius = c->max_radius, ends[4], first = 0.0f;
+    int i, k;
+    if (c->bounded) {
+        float extent = c->orthographic ? c->reach : 0.5f * (t->w_least + t->w_most) * c->reach;
+        radius =
+            gtaoi_clamp(2.0f * gtaoi_clamp(extent, c->extent_min, c->extent_max) / (c->bx1 + c->by1), 1.0f, radius);
+    }
+    ends[0] = (float)x, ends[1] = (float)(c->d.width - x), ends[2] = (float)y, ends[3] = (float)(c->d.height - y);
+    for (k = 0; k < GTAOI_LEVELS; k++) {
+        int steps = gtaoi_levels[k].steps, slices = gtaoi_levels[k].slices - (k ? gtaoi_levels[0].slices : 0);
+        float samples = 0.0f, sample = steps ? 0.187f : 0.26f;
+        for (i = 0; i < 4; i++) {
+            float end = c->d.border == GTAO_BORDER_OPEN ? gtaoi_clamp(ends[i], 1.0f, radius) : radius;
+            samples += 0.5f * gtaoi_expect_samples(steps, radius, end);
+        }
+        t->cost[k] = (float)slices * (3.5f + sample * samples) + 5.0f;
+        first = k ? first : t->cost[k];
+    }
+    t->cost[0] = 0.0f;
+    return first;
+}
+
+/* The level of least error + price * time of every tile; the sums of both. */
+static void gtaoi_choose_levels(const gtaoi_effort *e, int price_index, double *error, double *time) {
+    GTAOI_NO_CONTRACT
+    static const double eighths[8] = {1.0,         0.917004043, 0.840896415, 0.771105413,
+                                      0.707106781, 0.648419777, 0.594603558, 0.545253866};
+    double price = 16.0 * eighths[price_index & 7];
+    int i, k, n = e->tiles_x * e->tiles_y;
+    for (k = price_index >> 3; k > 0; k--)
+        price *= 0.5;
+    for (i = 0, *error = *time = 0.0; i < n; i++) {
+        gtaoi_effort_tile *t = &e->tile[i];
+        double least = 0.0, least_error = 0.0;
+        for (k = 0; k < e->levels && !t->level; k++) {
+            double left = (double)(gtaoi_levels[k].error * t->variance + gtaoi_levels[k].alone * t->alone);
+            double both = left + price * (double)(t->cost[k] * t->count);
+            if (k == 0 || both < least)
+                least = both, least_error = left, t->wanted = (unsigned char)k;
+        }
+        *error += least_error, *time += (double)(t->cost[t->wanted] * t->count);
+    }
+}
+
+/* Least error for the time: the price falls until the error meets the target or the time its limit. */
 GTAO_API float gtao_refine_begin(gtao_context *context, float most) {
     GTAOI_NO_CONTRACT
+    enum { PRICES = 320 }; /* from more than all error is worth, eight an octave */
     gtaoi_effort *e = context->effort;
-    double sums[256], price, pixels = 0.0, target, cost, error, next_cost;
-    int counts[256], i, b, k, n;
-    unsigned char levels[256], next[256], used[GTAOI_LEVELS][GTAOI_MAX_CLASSES + 1], level_used[GTAOI_LEVELS];
+    double pixels = 0.0, first = 0.0, target, error, time;
+    int i, k, n, from = 0, to = PRICES;
+    unsigned char used[GTAOI_LEVELS][GTAOI_MAX_CLASSES + 1], level_used[GTAOI_LEVELS];
     float farthest;
     if (!e)
         return 0.0f;
-    memset(sums, 0, sizeof sums), memset(counts, 0, sizeof counts), memset(levels, 0, sizeof levels);
     n = e->tiles_x * e->tiles_y;
     for (i = 0; i < n; i++) {
-        b = gtaoi_effort_bin(&e->tile[i]);
-        sums[b] += (double)e->tile[i].variance, counts[b]++;
-        pixels += (double)e->tile[i].count;
+        gtaoi_effort_tile *t = &e->tile[i];
+        int x = i % e->tiles_x * GTAOI_EFFORT_W, y = i / e->tiles_x * GTAOI_EFFORT_H;
+        if (t->count > 0.0f)
+            first +=
+                (double)(t->count * gtaoi_effort_costs(context, t, x + GTAOI_EFFORT_W / 2, y + GTAOI_EFFORT_H / 2));
+        pixels += (double)t->count;
     }
     target = (double)gtaoi_min(context->d.error_target, 1.0f);
     target *= target * pixels;
-    for (price = GTAOI_EFFORT_W * GTAOI_EFFORT_H, cost = 0.0;; price *= 0.840896415) { /* 2^-1/4 */
-        for (b = 0, error = next_cost = 0.0; b < 256; b++) {
-            double least = 0.0;
-            for (k = 0; counts[b] && k < e->levels; k++) {
-                double time = k ? (double)gtaoi_levels[k].cost * counts[b] : 0.0;
-                double both = (double)gtaoi_levels[k].error * sums[b] + price * time;
-                if (k == 0 || both < least)
-                    least = both, next[b] = (unsigned char)k;
-            }
-            if (counts[b]) {
-                error += (double)gtaoi_levels[next[b]].error * sums[b];
-                next_cost += next[b] ? (double)gtaoi_levels[next[b]].cost * counts[b] : 0.0;
-            }
-        }
-        if (most > 0.0f && next_cost > (double)most * n)
-            break;
-        memcpy(levels, next, sizeof levels), cost = next_cost;
-        if (error <= target || price < 1e-9)
-            break;
+    while (from < to) { /* the first price at which there is no need or no time for a lower one */
+        int middle = (from + to) / 2;
+        gtaoi_choose_levels(e, middle, &error, &time);
+        if (error <= target || (most > 0.0f && time > (double)most * first))
+            to = middle;
+        else
+            from = middle + 1;
     }
+    gtaoi_choose_levels(e, from, &error, &time);
+    if (most > 0.0f && time > (double)most * first)
+        gtaoi_choose_levels(e, from - 1, &error, &time);
     memset(used, 0, sizeof used), memset(level_used, 0, sizeof level_used);
     farthest = gtaoi_farthest(context);
     for (i = 0; i < n; i++) {
-        k = levels[gtaoi_effort_bin(&e->tile[i])];
-        e->tile[i].wanted = (unsigned char)k;
+        k = e->tile[i].wanted;
         level_used[k] = 1;
         if (k && e->tile[i].count > 0.0f)
-            gtaoi_mark_classes(context, &e->tile[i], farthest, used[k]);
+            gtaoi_mark_classes(context, e->level[k].every_pixel, &e->tile[i], farthest, used[k]);
     }
     for (k = 1; k < e->levels; k++)
         if (level_used[k])
             gtaoi_fill_tables(&e->level[k], e->max_radius, used[k]);
     e->second = 1;
-    return (float)(cost / n);
+    return first > 0.0 ? (float)(time / first) : 0.0f;
 }
 
 /* Level by level and, in each, by rows of the noise, so that the tables of one row stay in the cache. */
@@ -6542,15 +6629,51 @@ GTAOI_FN void GTAOI_NAME(gtaoi_finish_sh)(const gtao_context *c, const GTAOI_PIX
     sh[8] = GV_MUL(GV_SET(0.5f * GTAOI_SH2), GV_SUB(value[4], value[5]));
 }
 
+/* The signal's weight: the sum of the slices' Jacobians. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_weight)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_SUM *sum, GM active) {
+    GTAOI_NO_CONTRACT
+    const GV one = GV_SET(1.0f);
+    GV weight = GV_MUL(GV_MUL(sum->jacobian_open, p->inv_len), GV_SET(c->weight_scale));
+    weight = GV_MIN(GV_MAX(weight, GV_SET(1e-3f)), GV_SET(1e3f));
+    return c->d.estimator == GTAO_ESTIMATOR_MEMO ? one : GV_SELECT(active, weight, one);
+}
+
+/* Slices that join those of the planes at (x, y): what part of the whole they are, and the whole's weight. Weights that
+ * are 1 for any number of slices (the memo's estimator) do not tell. */
+GTAOI_FN void GTAOI_NAME(gtaoi_part)(const gtao_context *c, int x, int y, const GV *weight, GV *part, GV *whole) {
+    GTAOI_NO_CONTRACT
+    const char *row = (const char *)c->o.signal + c->o.signal_plane_stride + (ptrdiff_t)y * c->o.signal_stride;
+    int g, memo = c->d.estimator == GTAO_ESTIMATOR_MEMO;
+    GTAOI_NAME(gtaoi_load4)((const float *)(const void *)row + x, 4, whole);
+    for (g = 0; g < 4; g++) {
+        whole[g] = memo ? weight[g] : GV_ADD(whole[g], weight[g]);
+        part[g] = memo ? GV_SET((float)c->slices / (float)(c->before + c->slices)) : GV_DIV(weight[g], whole[g]);
+    }
+}
+
+/* Four groups' values of a plane joined with what it has: equal ones stay as they are. */
+GTAOI_FI void GTAOI_NAME(gtaoi_average)(const float *before_at, const GV *part, GV *values) {
+    GTAOI_NO_CONTRACT
+    GV before[4];
+    int g;
+    GTAOI_NAME(gtaoi_load4)(before_at, 4, before);
+    for (g = 0; g < 4; g++)
+        values[g] = GV_ADD(before[g], GV_MUL(part[g], GV_SUB(values[g], before[g])));
+}
+
 /* The coefficients of a block of pixels, as in gtaoi_visibility, to the caller's planes. */
 GTAOI_FN void GTAOI_NAME(gtaoi_store_sh)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_SUM *sum,
                                          const GTAOI_MOMENTS *m, const GM *active, int groups, int x, int y,
                                          int count) {
     float image[4 * GTAOI_W];
-    GV sh[4][9], plane[4];
+    GV sh[4][9], plane[4], part[4], whole[4];
     int i, g, from = gtaoi_imax(c->x_begin - x, 0), to = gtaoi_imin(count, c->x_end - x);
-    for (g = 0; g < groups; g++)
+    for (g = 0; g < groups; g++) {
         GTAOI_NAME(gtaoi_finish_sh)(c, p + g, sum + g, m + g, active[g], sh[g]);
+        plane[g] = GTAOI_NAME(gtaoi_weight)(c, p + g, sum + g, active[g]);
+    }
+    if (c->before)
+        GTAOI_NAME(gtaoi_part)(c, x, y, plane, part, whole);
     for (i = 0; i < gtaoi_sh_count(&c->o); i++) {
         char *row = (char *)c->o.sh + (ptrdiff_t)i * c->o.sh_plane_stride + (ptrdiff_t)y * c->o.sh_stride;
         for (g = 0; g < groups; g++) {
@@ -6558,6 +6681,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_store_sh)(const gtao_context *c, const GTAOI_PIXE
             if (c->period != 4)
                 GV_STORE(image + g * GTAOI_W, plane[g]);
         }
+        if (c->before)
+            GTAOI_NAME(gtaoi_average)((const float *)(const void *)row + x, part, plane);
         if (c->period == 4)
             GTAOI_NAME(gtaoi_store4)(image, 4, plane);
         if (from < to)
@@ -6922,11 +7047,8 @@ GTAOI_FI GV GTAOI_NAME(gtaoi_finish)(const gtao_context *c, GTAOI_PIXEL *p, cons
     GM good = GV_LE(zero, GV_ABS(visible)); /* not NaN */
     visible = GV_SELECT(good, GV_MIN(GV_MAX(visible, zero), one), one);
     visible = GV_SELECT(active, visible, one);
-    if (c->signal) {
-        GV weight = GV_MUL(GV_MUL(sum->jacobian_open, p->inv_len), GV_SET(c->weight_scale));
-        weight = GV_MIN(GV_MAX(weight, GV_SET(1e-3f)), GV_SET(1e3f));
-        signal[0] = c->d.estimator == GTAO_ESTIMATOR_MEMO ? one : GV_SELECT(active, weight, one);
-    }
+    if (c->signal)
+        signal[0] = GTAOI_NAME(gtaoi_weight)(c, p, sum, active);
     if (c->bent) {
         /* [J19 Eq. 20-21] exact off axis: b = (2/3) n - sum J ((T_open - T)_o o + (T_open - T)_v v) / sum J a_open */
         GV share = GV_SET(cosine_weighted ? 2.0f / 3.0f : 0.5f), scale = GV_DIV(one, sum->jacobian_open), len2;
@@ -7671,7 +7793,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_share_planes)(const gtao_context *c, int x, int y
     const GV zero = GV_SET(0.0f), one = GV_SET(1.0f), limit = GV_SET(GTAOI_SKY_LIMIT), most = GV_SET(FLT_MAX);
     float *const visible = e->planes[GTAOI_EFFORT_SIGNAL], *const weights = visible + e->plane;
     float *const more = weights + e->plane + (c->bent ? 0 : 3 * e->plane);
-    float ring[5][FIELDS][GTAOI_EFFORT_W], result[1 + 12][GTAOI_EFFORT_W], tile[4][GTAOI_EFFORT_W];
+    float ring[5][FIELDS][GTAOI_EFFORT_W], result[1 + 12][GTAOI_EFFORT_W], tile[5][GTAOI_EFFORT_W];
     int i, j, k, y;
     for (y = y0 - 2; y < y1 + 2; y++) {
         int row = y - 2;
@@ -7730,9 +7852,14 @@ GTAOI_FI void GTAOI_NAME(gtaoi_share_planes)(const gtao_context *c, int x, int y
                 GV left = GV_MUL(GV_LOAD(e->planes[GTAOI_EFFORT_VARIANCE] + at), GV_SET(settled));
                 share = GV_MIN(GV_DIV(left, GV_ADD(variance, GV_SET(1e-7f))), one);
             } else {
-                GV w = GV_LOAD(e->planes[GTAOI_EFFORT_HEIGHT] + at), of_mean = GV_DIV(variance, sum[TAPS]);
-                GM solid = GV_LT(limit, w);
+                /* the variance of n values is (n - 1) / n of what they are drawn from; one value's is not known */
+                GV w = GV_LOAD(e->planes[GTAOI_EFFORT_HEIGHT] + at), mean = sum[VISIBLE];
+                GV of_mean = GV_DIV(variance, GV_SUB(sum[TAPS], one)), alone = GV_MUL(mean, GV_SUB(one, mean));
+                GM solid = GV_LT(limit, w), single = GV_LT(sum[TAPS], GV_SET(1.25f));
                 int fresh = row % GTAOI_EFFORT_H == 0;
+                of_mean = GV_SELECT(single, zero, of_mean);
+                alone = GV_IF(GM_AND(solid, single), alone);
+                GV_STORE(tile[4] + i, GV_ADD(fresh ? zero : GV_LOAD(tile[4] + i), alone));
                 GV_STORE(e->planes[GTAOI_EFFORT_VARIANCE] + at, variance);
                 GV_STORE(tile[0] + i, GV_ADD(fresh ? zero : GV_LOAD(tile[0] + i), GV_IF(solid, of_mean)));
                 GV_STORE(tile[1] + i, GV_ADD(fresh ? zero : GV_LOAD(tile[1] + i), GV_IF(solid, one)));
@@ -8010,6 +8137,20 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_open)(const gtao_context *c, GTAOI_GROUPS *b
     return 1;
 }
 
+/* Joins a block's results with those of the slices before. */
+GTAOI_FN void GTAOI_NAME(gtaoi_continue)(const gtao_context *c, GTAOI_GROUPS *block) {
+    const char *row = (const char *)c->o.signal + (ptrdiff_t)block->y * c->o.signal_stride;
+    GV part[4], whole[4];
+    int i;
+    GTAOI_NAME(gtaoi_part)(c, block->x, block->y, block->s, part, whole);
+    GTAOI_NAME(gtaoi_average)((const float *)(const void *)row + block->x, part, block->v);
+    memcpy(block->s, whole, sizeof whole);
+    for (i = 1; i < c->signal - 1; i++) {
+        const char *plane = row + (i + 1) * c->o.signal_plane_stride;
+        GTAOI_NAME(gtaoi_average)((const float *)(const void *)plane + block->x, part, block->s + 4 * i);
+    }
+}
+
 /* The block's results to the caller's buffers, in image order. */
 GTAOI_FN void GTAOI_NAME(gtaoi_block_store)(const gtao_context *c, const GTAOI_GROUPS *block) {
     enum { BLOCK = 4 * GTAOI_W };
@@ -8101,6 +8242,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_rows)(const gtao_context *c, int y0, int y1, int 
             else if (!GTAOI_NAME(gtaoi_block_any)(c, &block, stats))
                 continue;
             stats->pixels += (uint64_t)count;
+            if (c->before)
+                GTAOI_NAME(gtaoi_continue)(c, &block);
             GTAOI_NAME(gtaoi_block_store)(c, &block);
         }
     }
@@ -8112,7 +8255,10 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
     uint8_t known[32768 / GTAOI_CELL];
     unsigned skips = c->skips;
     int x, y, i, end, right;
-    memset(tiles, 0, sizeof tiles);
+    const int first = c->x_begin & ~63;
+    /* not all: a tile's single row (gtao_refine_rows) takes little longer than they */
+    const size_t size = (size_t)gtaoi_imin((c->x_end - first + 63) / 64, GTAOI_SPAN) * sizeof *tiles;
+    memset(tiles, 0, size);
     if (c->pass) /* far horizons join: only samples can be left out */
         skips &= c->pass->tilt_x ? 0u : (unsigned)GTAO_SKIP_SECTORS;
     if (skips)
@@ -8120,9 +8266,9 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
     for (y = y0; y < y1; y = end) {
         int worth_it = skips != 0;
         end = gtaoi_imin((y / GTAOI_CELL + 1) * GTAOI_CELL, y1);
-        if (end - y < GTAOI_CELL / 4 && end < c->d.height) /* a few rows do not pay for it */
-            worth_it = 0, memset(tiles, 0, sizeof tiles);
-        for (x = c->x_begin & ~63; x < c->x_end; x = right) {
+        if (worth_it && end - y < GTAOI_CELL / 4 && end < c->d.height) /* a few rows do not pay for it */
+            worth_it = 0, memset(tiles, 0, size);
+        for (x = first; x < c->x_end; x = right) {
             right = gtaoi_imin(x + 64 * GTAOI_SPAN, c->x_end);
             for (i = 0; worth_it && x + 64 * i < right; i++)
                 GTAOI_NAME(gtaoi_look)(c, known, skips, x + 64 * i, y - y % GTAOI_CELL, &tiles[i]);

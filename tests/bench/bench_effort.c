@@ -198,9 +198,13 @@ int main(int argc, char **argv) {
         printf("--:|");
     for (int k = UNIFORM; k < UNIFORM + TARGETS; ++k) {
         printf("\n| %s |", k == UNIFORM ? "none" : rows[k].name + 7);
-        for (int i = 0; i < scenes; ++i)
-            printf(" %.4f (%.1f) |", rows[k].rmse[i],
-                   at_error(rows, UNIFORM, rows[k].rmse[i], i, true) / rows[k].rows[i]);
+        for (int i = 0; i < scenes; ++i) {
+            double uniform_time = at_error(rows, UNIFORM, rows[k].rmse[i], i, true);
+            if (uniform_time > 0)
+                printf(" %.4f (%.1f) |", rows[k].rmse[i], uniform_time / rows[k].rows[i]);
+            else /* out of their reach */
+                printf(" %.4f (-) |", rows[k].rmse[i]);
+        }
     }
     printf("\n");
     pool_destroy(threads);

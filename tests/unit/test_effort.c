@@ -108,6 +108,34 @@ static void meets_its_target(void **state) {
     }
 }
 
+/* Further slices join the first one as if all had been computed at once: with no limit, nearly as good
+ * as uniform effort with as many slices of every pixel, though one of them has but 24 samples. */
+static void slices_join(void **state) {
+    (void)state;
+    for (int which = 0; which < SCENES; which++) {
+        ref_image image;
+        gtao_desc d = scene(which, &image);
+        gtao_stats stats = {0}, uniform_stats = {0};
+        result truth, r, uniform;
+        double e, of_uniform;
+        d.slices = 64, d.every_pixel = 1;
+        truth = compute(&d, WANT_VISIBILITY, NULL);
+        d.slices = 17;
+        uniform = compute(&d, WANT_VISIBILITY, &uniform_stats);
+        d.error_target = 1e-6f;
+        r = compute(&d, WANT_VISIBILITY, &stats);
+        e = rmse(&r, &truth), of_uniform = rmse(&uniform, &truth);
+        print_message("scene %d: RMSE %.4f, uniform effort %.4f\n", which, e, of_uniform);
+        if (!(e <= 1.2 * of_uniform))
+            fail_msg("scene %d: RMSE %g, uniform effort %g", which, e, of_uniform);
+        assert_true(stats.samples < uniform_stats.samples);
+        result_free(&r);
+        result_free(&uniform);
+        result_free(&truth);
+        ref_image_free(&image);
+    }
+}
+
 /* ---- bits --------------------------------------------------------------------------------------------------------- */
 
 static int has_target(const setting *s) {
@@ -413,10 +441,15 @@ static void errors(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(meets_its_target), cmocka_unit_test(isas_agree),
-        cmocka_unit_test(splits_agree),     cmocka_unit_test(open_surfaces_are_exact),
-        cmocka_unit_test(outputs_agree),    cmocka_unit_test(bad_data),
-        cmocka_unit_test(budgets),          cmocka_unit_test(stages_without_a_target),
+        cmocka_unit_test(meets_its_target),
+        cmocka_unit_test(slices_join),
+        cmocka_unit_test(isas_agree),
+        cmocka_unit_test(splits_agree),
+        cmocka_unit_test(open_surfaces_are_exact),
+        cmocka_unit_test(outputs_agree),
+        cmocka_unit_test(bad_data),
+        cmocka_unit_test(budgets),
+        cmocka_unit_test(stages_without_a_target),
         cmocka_unit_test(errors),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
