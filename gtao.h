@@ -2705,6 +2705,12 @@ typedef struct gtaoi_over {
     int n[2];
 } gtaoi_over;
 
+enum {
+    GTAOI_MARCH = 32, /* samples of a list that are searched before those in the falloff ring are looked at */
+    GTAOI_NOTED_LISTS = 16,
+    GTAOI_NOTED_SAMPLES = 512
+};
+
 static void gtaoi_rows_over(const gtao_context *c, const gtaoi_sample *s, int n, int y, gtaoi_over *over, int *n0,
                             int *n1) {
     int i, side;
@@ -4647,6 +4653,7 @@ typedef int GM;
 #define GV_EQ(a, b) ((a) == (b))
 #define GV_IF(m, a) ((m) ? (a) : 0.0f)       /* m ? a : 0 */
 #define GV_SELECT(m, a, b) ((m) ? (a) : (b)) /* m ? a : b */
+#define GV_MAX_IF(m, a, b) GV_MAX(a, GV_IF(m, b)) /* m ? max(a, b) : a, 0 <= a */
 #define GM_AND(a, b) ((a) & (b))
 #define GM_OR(a, b) ((a) | (b))
 #define GM_ANDNOT(a, b) ((a) & !(b)) /* a and not b */
@@ -4687,6 +4694,7 @@ typedef __m128 GM;
 #define GV_EQ(a, b) _mm_cmpeq_ps(a, b)
 #define GV_IF(m, a) _mm_and_ps(m, a)
 #define GV_SELECT(m, a, b) _mm_or_ps(_mm_and_ps(m, a), _mm_andnot_ps(m, b))
+#define GV_MAX_IF(m, a, b) GV_MAX(a, GV_IF(m, b))
 #define GM_AND(a, b) _mm_and_ps(a, b)
 #define GM_OR(a, b) _mm_or_ps(a, b)
 #define GM_ANDNOT(a, b) _mm_andnot_ps(b, a)
@@ -4733,6 +4741,7 @@ typedef uint32x4_t GM;
 #define GV_EQ(a, b) vceqq_f32(a, b)
 #define GV_IF(m, a) vreinterpretq_f32_u32(vandq_u32(m, vreinterpretq_u32_f32(a)))
 #define GV_SELECT(m, a, b) vbslq_f32(m, a, b)
+#define GV_MAX_IF(m, a, b) GV_MAX(a, GV_IF(m, b))
 #define GM_AND(a, b) vandq_u32(a, b)
 #define GM_OR(a, b) vorrq_u32(a, b)
 #define GM_ANDNOT(a, b) vbicq_u32(a, b)
@@ -4776,6 +4785,7 @@ typedef __m256 GM;
 #define GV_EQ(a, b) _mm256_cmp_ps(a, b, _CMP_EQ_OQ)
 #define GV_IF(m, a) _mm256_and_ps(m, a)
 #define GV_SELECT(m, a, b) _mm256_blendv_ps(b, a, m)
+#define GV_MAX_IF(m, a, b) GV_MAX(a, GV_IF(m, b))
 #define GM_AND(a, b) _mm256_and_ps(a, b)
 #define GM_OR(a, b) _mm256_or_ps(a, b)
 #define GM_ANDNOT(a, b) _mm256_andnot_ps(b, a)
@@ -4816,6 +4826,7 @@ typedef __mmask16 GM;
 #define GV_EQ(a, b) _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ)
 #define GV_IF(m, a) _mm512_maskz_mov_ps(m, a)
 #define GV_SELECT(m, a, b) _mm512_mask_blend_ps(m, b, a)
+#define GV_MAX_IF(m, a, b) _mm512_mask_max_ps(a, m, a, b)
 #define GM_AND(a, b) ((__mmask16)((a) & (b)))
 #define GM_OR(a, b) ((__mmask16)((a) | (b)))
 #define GM_ANDNOT(a, b) ((__mmask16)((a) & ~(b)))
@@ -5348,7 +5359,7 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_rise)(const gtao_context *c, const GTAOI_FRAME *f, 
     sample->reach = GV_MUL(orthographic ? inv : slope, f->reach);
     reach2 = GV_MUL(sample->reach, sample->reach);
     inside = GV_LE(sample->rho, ring ? GV_MUL(reach2, GV_SET(c->inner2)) : reach2);
-    s->rise[side] = GV_MAX(s->rise[side], GV_IF(inside, least));
+    s->rise[side] = GV_MAX_IF(inside, s->rise[side], least);
     if (!ring)
         return inside;
     if (!taps)
@@ -5358,14 +5369,18 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_rise)(const gtao_context *c, const GTAOI_FRAME *f, 
 
 /* The attenuated cosine of a sample in the ring: distance / radius = rho / (sqrt(rho) reach), cos h = kappa /
  * sqrt(rho). */
-GTAOI_FI void GTAOI_NAME(gtaoi_fade)(const gtao_context *c, const GTAOI_FRAME *f, GTAOI_HORIZONS *s, int side,
-                                     const GTAOI_SAMPLE *sample, GM fading) {
+GTAOI_FI GV GTAOI_NAME(gtaoi_faded)(const gtao_context *c, const GTAOI_SAMPLE *sample, GV start) {
     GTAOI_NO_CONTRACT
     GV both = GV_DIV(GV_SET(1.0f), GV_MUL(GV_SQRT(sample->rho), sample->reach));
     GV weight = GV_MUL(GV_SUB(GV_SET(1.0f), GV_MUL(sample->rho, both)), GV_SET(c->inv_falloff));
     GV cosine = GV_MUL(sample->kappa, GV_MUL(sample->reach, both));
+    return GV_ADD(start, GV_MUL(weight, GV_SUB(cosine, start)));
+}
+GTAOI_FI void GTAOI_NAME(gtaoi_fade)(const gtao_context *c, const GTAOI_FRAME *f, GTAOI_HORIZONS *s, int side,
+                                     const GTAOI_SAMPLE *sample, GM fading) {
+    GTAOI_NO_CONTRACT
     GV start = side ? GV_SUB(GV_SET(0.0f), f->cos_tangent) : f->cos_tangent;
-    GV faded = GV_ADD(start, GV_MUL(weight, GV_SUB(cosine, start)));
+    GV faded = GTAOI_NAME(gtaoi_faded)(c, sample, start);
     s->cosine[side] = GV_MAX(s->cosine[side], GV_SELECT(fading, faded, s->cosine[side]));
 }
 
@@ -5431,11 +5446,10 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const GTAOI_PIXEL *
                                       GTAOI_HORIZONS *horizons, const float *at, const gtaoi_sample *q, int begin,
                                       int n0, int n1, int orthographic, int bounded, int ring) {
     GTAOI_NO_CONTRACT
-    enum { CHUNK = 32 };
-    int chunk = CHUNK - begin % CHUNK; /* chunks end at the same samples wherever the search begins: the same bits */
+    int chunk = GTAOI_MARCH - begin % GTAOI_MARCH; /* chunks end at the same samples wherever the search begins: the same bits */
     GTAOI_HORIZONS s = *horizons;
     GTAOI_SAMPLE a, b;
-    for (; n0 > 0 || n1 > 0; n0 -= chunk, n1 -= chunk, q += chunk, chunk = CHUNK) {
+    for (; n0 > 0 || n1 > 0; n0 -= chunk, n1 -= chunk, q += chunk, chunk = GTAOI_MARCH) {
         int both = gtaoi_imin(gtaoi_imin(n0, n1), chunk), rest = gtaoi_imin(gtaoi_imax(n0, n1), chunk), j;
         unsigned fading = 0;
         for (j = 0; j < both; j++) {
@@ -7871,18 +7885,99 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *bl
     return 1;
 }
 
-/* Search one slice of a group of the plain kind: lanes by radius class, nearly always of one. */
-GTAOI_FI void GTAOI_NAME(gtaoi_search_plain)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
-                                             GTAOI_HORIZONS *s, const float *at, int index, GM active,
-                                             const float *keys, int x, int y, gtaoi_over *over, const gtaoi_tile *seen,
+/* Samples in the falloff ring that rise above what had been found before them, of a block's groups. They are looked at
+ * when all groups have marched: fewer of them rise then, and it is once a block that a loop of unknown length ends. */
+#define GTAOI_NOTES GTAOI_NAME(gtaoi_notes)
+typedef struct GTAOI_NOTES {
+    int lists, count;
+    const gtaoi_sample *list[GTAOI_NOTED_LISTS];
+    int group[GTAOI_NOTED_LISTS];
+    GM own[GTAOI_NOTED_LISTS];         /* lanes that the list is for */
+    uint16_t note[GTAOI_NOTED_SAMPLES]; /* list, sample, side: from bit 6, 1, 0 on */
+} GTAOI_NOTES;
+
+/* A sample on the side of `sign`, as gtaoi_visit has it. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_visit_signed)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f, GV sign,
+                                           const float *at, const gtaoi_sample *q, GTAOI_SAMPLE *sample, GV *rise) {
+    GTAOI_NO_CONTRACT
+    GV inv = GV_SET(q->inv_length), slope = GV_MUL(GV_LOAD(at), inv), reach2;
+    GV tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
+    *rise = GV_SUB(slope, GV_ADD(GV_MUL(p->w0, inv), GV_MUL(sign, tangent)));
+    sample->kappa = GV_ADD(GV_MUL(*rise, f->kappa_scale), GV_MUL(sign, f->kappa_tangent));
+    sample->rho = GV_ADD(GV_MUL(sample->kappa, sample->kappa), GV_SET(1.0f));
+    sample->reach = GV_MUL(slope, f->reach);
+    reach2 = GV_MUL(sample->reach, sample->reach);
+    (void)c;
+    return GV_LT(sample->rho, reach2);
+}
+
+GTAOI_FN void GTAOI_NAME(gtaoi_fade_noted)(const gtao_context *c, GTAOI_NOTES *notes, const GTAOI_PIXEL *p,
+                                           const GTAOI_FRAME *f, GTAOI_HORIZONS *s, const float *const *at) {
+    GTAOI_NO_CONTRACT
+    int i;
+    for (i = 0; i < notes->count; i++) {
+        int note = notes->note[i], list = note >> 6, side = note & 1, g = notes->group[list];
+        const gtaoi_sample *q = notes->list[list] + (note >> 1 & 31);
+        GV sign = GV_SET(side ? -1.0f : 1.0f), rise, faded;
+        GTAOI_SAMPLE sample;
+        GM fade = GTAOI_NAME(gtaoi_visit_signed)(c, &p[g], &f[g], sign, at[g] + q->offset[side], q, &sample, &rise);
+        fade = GM_AND(GM_AND(fade, GV_LT(s[g].rise[side], rise)), notes->own[list]);
+        faded = GTAOI_NAME(gtaoi_faded)(c, &sample, GV_MUL(sign, f[g].cos_tangent));
+        s[g].cosine[side] = GV_MAX(s[g].cosine[side], GV_SELECT(fade, faded, s[g].cosine[side]));
+    }
+    notes->count = notes->lists = 0;
+}
+
+/* The horizon search of the plain kind in one chunk: gtaoi_march up to what it notes. */
+GTAOI_FI void GTAOI_NAME(gtaoi_march_plain)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                            GTAOI_HORIZONS *horizons, const float *at, const gtaoi_sample *q, int n0,
+                                            int n1, GTAOI_NOTES *notes) {
+    GTAOI_NO_CONTRACT
+    GTAOI_HORIZONS s = *horizons;
+    GTAOI_SAMPLE a, b;
+    int both = gtaoi_imin(n0, n1), j, count = notes->count;
+    unsigned note = (unsigned)notes->lists << 6;
+    for (j = 0; j < both; j++, q++, note += 2) {
+        GM fade_a = GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 0, at, q, &a, 0, 1, 1);
+        GM fade_b = GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 1, at, q, &b, 0, 1, 1);
+        notes->note[count] = (uint16_t)note;
+        count += GM_ANY(fade_a);
+        notes->note[count] = (uint16_t)(note + 1);
+        count += GM_ANY(fade_b);
+    }
+    if (n0 != n1) { /* one side has left the image */
+        int rest = gtaoi_imax(n0, n1), side = n1 > n0;
+        GV sign = GV_SET(side ? -1.0f : 1.0f), most = s.rise[side], rise;
+        note += (unsigned)side;
+        for (; j < rest; j++, q++, note += 2) {
+            GM ring = GTAOI_NAME(gtaoi_visit_signed)(c, p, f, sign, at + q->offset[side], q, &a, &rise);
+            GV reach2 = GV_MUL(a.reach, a.reach);
+            most = GV_MAX_IF(GV_LE(a.rho, GV_MUL(reach2, GV_SET(c->inner2))), most, rise);
+            notes->note[count] = (uint16_t)note;
+            count += GM_ANY(GM_AND(ring, GV_LT(most, rise)));
+        }
+        s.rise[side] = most;
+    }
+    notes->count = count;
+    *horizons = s;
+}
+
+/* Search one slice of group g of the plain kind: lanes by radius class, nearly always of one. */
+GTAOI_FI void GTAOI_NAME(gtaoi_search_plain)(const gtao_context *c, const GTAOI_PIXEL *pixels,
+                                             const GTAOI_FRAME *frames, GTAOI_HORIZONS *horizons, GTAOI_GROUPS *block,
+                                             int g, int index, GM active, gtaoi_over *over, GTAOI_NOTES *notes,
                                              gtao_stats *stats) {
     GTAOI_NO_CONTRACT
+    const GTAOI_PIXEL *p = &pixels[g];
+    const GTAOI_FRAME *f = &frames[g];
+    GTAOI_HORIZONS *s = &horizons[g];
     const int *count = c->count + (size_t)index * (size_t)c->classes;
+    int x = block->x + g * block->step, y = block->y;
     int x1 = x + (GTAOI_W - 1) * c->period, open = c->d.border == GTAO_BORDER_OPEN;
     int beside = (GTAOI_PAD - 1) * c->period; /* columns that have heights left and right of the image, on any border */
     unsigned bits = GM_BITS(active);
     do {
-        float key = keys[gtaoi_lowest(bits)];
+        float key = block->keys[g][gtaoi_lowest(bits)];
         GM own = GM_AND(active, GV_EQ(p->key, GV_SET(key)));
         int radius = gtaoi_class(c, key), n = count[radius], n0 = n, n1 = n, range[3];
         const gtaoi_sample *q =
@@ -7890,27 +7985,42 @@ GTAOI_FI void GTAOI_NAME(gtaoi_search_plain)(const gtao_context *c, const GTAOI_
         int ax = gtaoi_imax(q[n - 1].qx, -q[n - 1].qx), ay = gtaoi_imax(q[n - 1].qy, -q[n - 1].qy);
         int over_rows = y >= ay && y + ay < c->d.height;
         int over_columns = ax <= beside || (x >= ax && x1 + ax < c->d.width);
-        GTAOI_HORIZONS found = *s;
-        gtaoi_range(c, seen, index, q, n, range);
+        gtaoi_range(c, block->seen[g], index, q, n, range);
         gtaoi_count_samples(range, 0, n, gtaoi_popcount(GM_BITS(own)), stats);
         if (open || (over_columns && over_rows)) {
+            int i, end;
             if (!over_columns)
                 n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
             else if (!over_rows)
                 gtaoi_rows_over(c, q, n, y, over, &n0, &n1);
-            GTAOI_NAME(gtaoi_march)
-            (c, p, f, &found, at, q + range[0], range[0], gtaoi_imin(n0, range[1]) - range[0],
-             gtaoi_imin(n1, range[2]) - range[0], 0, 1, 1);
+            n0 = gtaoi_imin(n0, range[1]), n1 = gtaoi_imin(n1, range[2]);
+            for (i = range[0]; i < n0 || i < n1; i = end) {
+                GTAOI_HORIZONS found = *s;
+                end = i - i % GTAOI_MARCH + GTAOI_MARCH;
+                if (i > range[0] || notes->lists == GTAOI_NOTED_LISTS ||
+                    notes->count > GTAOI_NOTED_SAMPLES - 2 * GTAOI_MARCH)
+                    GTAOI_NAME(gtaoi_fade_noted)(c, notes, pixels, frames, horizons, block->at);
+                /* Lanes of another class note nothing. */
+                found.rise[0] = GV_SELECT(own, s->rise[0], GV_SET(FLT_MAX));
+                found.rise[1] = GV_SELECT(own, s->rise[1], GV_SET(FLT_MAX));
+                GTAOI_NAME(gtaoi_march_plain)
+                (c, p, f, &found, block->at[g], q + i, gtaoi_imin(n0, end) - i, gtaoi_imin(n1, end) - i, notes);
+                notes->list[notes->lists] = q + i, notes->group[notes->lists] = g, notes->own[notes->lists] = own;
+                notes->lists++;
+                s->rise[0] = GV_SELECT(own, found.rise[0], s->rise[0]);
+                s->rise[1] = GV_SELECT(own, found.rise[1], s->rise[1]);
+            }
         } else { /* copies, so that the group itself need not lie in memory */
             GTAOI_PIXEL pixel = *p;
             GTAOI_FRAME frame = *f;
             GTAOI_HORIZONS moved = *s;
-            GTAOI_NAME(gtaoi_search_list)(c, &pixel, &frame, &moved, at, index, q, range[0], range[1], range[2], x, y);
-            found = moved;
+            GTAOI_NAME(gtaoi_search_list)
+            (c, &pixel, &frame, &moved, block->at[g], index, q, range[0], range[1], range[2], x, y);
+            s->rise[0] = GV_SELECT(own, moved.rise[0], s->rise[0]);
+            s->rise[1] = GV_SELECT(own, moved.rise[1], s->rise[1]);
+            s->cosine[0] = GV_SELECT(own, moved.cosine[0], s->cosine[0]);
+            s->cosine[1] = GV_SELECT(own, moved.cosine[1], s->cosine[1]);
         }
-        s->rise[0] = GV_SELECT(own, found.rise[0], s->rise[0]), s->rise[1] = GV_SELECT(own, found.rise[1], s->rise[1]);
-        s->cosine[0] = GV_SELECT(own, found.cosine[0], s->cosine[0]);
-        s->cosine[1] = GV_SELECT(own, found.cosine[1], s->cosine[1]);
         active = GM_ANDNOT(active, own);
         bits = GM_BITS(active);
     } while (bits);
@@ -7940,14 +8050,16 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS 
         int first = (y & (period - 1)) * period * c->slices + k;
         GTAOI_FRAME f[4];
         GTAOI_HORIZONS s[4];
+        GTAOI_NOTES notes;
         for (g = 0; g < block->groups; g++)
             if (GM_ANY(active[g]))
                 GTAOI_NAME(gtaoi_slice)(c, &p[g], c->slice + first + g * stride, k, &f[g], &s[g]);
+        notes.count = notes.lists = 0;
         for (g = 0; g < block->groups; g++)
             if (GM_ANY(active[g]))
                 GTAOI_NAME(gtaoi_search_plain)
-        (c, &p[g], &f[g], &s[g], block->at[g], first + g * stride, active[g], block->keys[g],
-         block->x + g * block->step, y, &block->over[g][k & 3], block->seen[g], stats);
+        (c, p, f, s, block, g, first + g * stride, active[g], &block->over[g][k & 3], &notes, stats);
+        GTAOI_NAME(gtaoi_fade_noted)(c, &notes, p, f, s, block->at);
         for (g = 0; g < block->groups; g++)
             if (GM_ANY(active[g]))
                 GTAOI_NAME(gtaoi_integrate)(c, &p[g], &f[g], &s[g], &sum[g]);
@@ -9063,6 +9175,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int set, i
 #undef GTAOI_HISTORY
 #undef GTAOI_TAPS
 #undef GTAOI_GROUPS
+#undef GTAOI_NOTES
 #undef GV_SET
 #undef GV_LOAD
 #undef GV_STORE
@@ -9079,6 +9192,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int set, i
 #undef GV_EQ
 #undef GV_IF
 #undef GV_SELECT
+#undef GV_MAX_IF
 #undef GM_AND
 #undef GM_OR
 #undef GM_ANDNOT
