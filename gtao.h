@@ -2707,8 +2707,7 @@ typedef struct gtaoi_over {
 
 enum {
     GTAOI_MARCH = 32, /* samples of a list that are searched before those in the falloff ring are looked at */
-    GTAOI_NOTED_LISTS = 16,
-    GTAOI_NOTED_SAMPLES = 512
+    GTAOI_NOTES_MAX = 16
 };
 
 static void gtaoi_rows_over(const gtao_context *c, const gtaoi_sample *s, int n, int y, gtaoi_over *over, int *n0,
@@ -7889,16 +7888,32 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *bl
  * when all groups have marched: fewer of them rise then, and it is once a block that a loop of unknown length ends. */
 #define GTAOI_NOTES GTAOI_NAME(gtaoi_notes)
 typedef struct GTAOI_NOTES {
-    int lists, count;
-    const gtaoi_sample *list[GTAOI_NOTED_LISTS];
-    int group[GTAOI_NOTED_LISTS];
-    GM own[GTAOI_NOTED_LISTS];         /* lanes that the list is for */
-    uint16_t note[GTAOI_NOTED_SAMPLES]; /* list, sample, side: from bit 6, 1, 0 on */
+    int count;
+    struct { /* of eight samples */
+        const gtaoi_sample *list;
+        int group;
+        GM own; /* lanes that the list is for */
+    } of[GTAOI_NOTES_MAX];
+    uint16_t lanes[GTAOI_NOTES_MAX][16]; /* that note a sample, [note][sample][side] */
 } GTAOI_NOTES;
 
+/* Which of them any lane notes. */
+GTAOI_FI unsigned GTAOI_NAME(gtaoi_noted)(const uint16_t lanes[16]) {
+#if GTAOI_W > 1 && GTAOI_X86
+    const __m128i zero = _mm_setzero_si128(), *at = (const __m128i *)(const void *)lanes;
+    __m128i a = _mm_cmpeq_epi16(_mm_loadu_si128(at), zero), b = _mm_cmpeq_epi16(_mm_loadu_si128(at + 1), zero);
+    return (unsigned)_mm_movemask_epi8(_mm_packs_epi16(a, b)) ^ 0xffffu;
+#else
+    unsigned bits = 0, i;
+    for (i = 0; i < 16; i++)
+        bits |= (unsigned)(lanes[i] != 0) << i;
+    return bits;
+#endif
+}
+
 /* A sample on the side of `sign`, as gtaoi_visit has it. */
-GTAOI_FI GM GTAOI_NAME(gtaoi_visit_signed)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f, GV sign,
-                                           const float *at, const gtaoi_sample *q, GTAOI_SAMPLE *sample, GV *rise) {
+GTAOI_FI GM GTAOI_NAME(gtaoi_visit_signed)(const GTAOI_PIXEL *p, const GTAOI_FRAME *f, GV sign, const float *at,
+                                           const gtaoi_sample *q, GTAOI_SAMPLE *sample, GV *rise) {
     GTAOI_NO_CONTRACT
     GV inv = GV_SET(q->inv_length), slope = GV_MUL(GV_LOAD(at), inv), reach2;
     GV tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
@@ -7907,58 +7922,54 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_visit_signed)(const gtao_context *c, const GTAOI_PI
     sample->rho = GV_ADD(GV_MUL(sample->kappa, sample->kappa), GV_SET(1.0f));
     sample->reach = GV_MUL(slope, f->reach);
     reach2 = GV_MUL(sample->reach, sample->reach);
-    (void)c;
     return GV_LT(sample->rho, reach2);
 }
 
 GTAOI_FN void GTAOI_NAME(gtaoi_fade_noted)(const gtao_context *c, GTAOI_NOTES *notes, const GTAOI_PIXEL *p,
                                            const GTAOI_FRAME *f, GTAOI_HORIZONS *s, const float *const *at) {
     GTAOI_NO_CONTRACT
-    int i;
-    for (i = 0; i < notes->count; i++) {
-        int note = notes->note[i], list = note >> 6, side = note & 1, g = notes->group[list];
-        const gtaoi_sample *q = notes->list[list] + (note >> 1 & 31);
-        GV sign = GV_SET(side ? -1.0f : 1.0f), rise, faded;
-        GTAOI_SAMPLE sample;
-        GM fade = GTAOI_NAME(gtaoi_visit_signed)(c, &p[g], &f[g], sign, at[g] + q->offset[side], q, &sample, &rise);
-        fade = GM_AND(GM_AND(fade, GV_LT(s[g].rise[side], rise)), notes->own[list]);
-        faded = GTAOI_NAME(gtaoi_faded)(c, &sample, GV_MUL(sign, f[g].cos_tangent));
-        s[g].cosine[side] = GV_MAX(s[g].cosine[side], GV_SELECT(fade, faded, s[g].cosine[side]));
+    int i, k;
+    for (i = 0; i < notes->count; i += 4) {
+        uint64_t noted = 0;
+        for (k = 0; k < gtaoi_imin(notes->count - i, 4); k++)
+            noted |= (uint64_t)GTAOI_NAME(gtaoi_noted)(notes->lanes[i + k]) << 16 * k;
+        for (; noted; noted &= noted - 1) {
+            int bit = gtaoi_lowest(noted), n = i + (bit >> 4), side = bit & 1, g = notes->of[n].group;
+            const gtaoi_sample *q = notes->of[n].list + (bit >> 1 & 7);
+            GV sign = GV_SET(side ? -1.0f : 1.0f), rise, faded;
+            GTAOI_SAMPLE sample;
+            GM fade = GTAOI_NAME(gtaoi_visit_signed)(&p[g], &f[g], sign, at[g] + q->offset[side], q, &sample, &rise);
+            fade = GM_AND(GM_AND(fade, GV_LT(s[g].rise[side], rise)), notes->of[n].own);
+            faded = GTAOI_NAME(gtaoi_faded)(c, &sample, GV_MUL(sign, f[g].cos_tangent));
+            s[g].cosine[side] = GV_MAX(s[g].cosine[side], GV_SELECT(fade, faded, s[g].cosine[side]));
+        }
     }
-    notes->count = notes->lists = 0;
+    notes->count = 0;
 }
 
-/* The horizon search of the plain kind in one chunk: gtaoi_march up to what it notes. */
+/* The horizon search of the plain kind in one chunk: gtaoi_march up to what it notes, eight samples a note. */
 GTAOI_FI void GTAOI_NAME(gtaoi_march_plain)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
                                             GTAOI_HORIZONS *horizons, const float *at, const gtaoi_sample *q, int n0,
-                                            int n1, GTAOI_NOTES *notes) {
+                                            int n1, uint16_t *lanes) {
     GTAOI_NO_CONTRACT
     GTAOI_HORIZONS s = *horizons;
     GTAOI_SAMPLE a, b;
-    int both = gtaoi_imin(n0, n1), j, count = notes->count;
-    unsigned note = (unsigned)notes->lists << 6;
-    for (j = 0; j < both; j++, q++, note += 2) {
-        GM fade_a = GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 0, at, q, &a, 0, 1, 1);
-        GM fade_b = GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 1, at, q, &b, 0, 1, 1);
-        notes->note[count] = (uint16_t)note;
-        count += GM_ANY(fade_a);
-        notes->note[count] = (uint16_t)(note + 1);
-        count += GM_ANY(fade_b);
+    int both = gtaoi_imin(n0, n1), j;
+    for (j = 0; j < both; j++, q++) {
+        lanes[2 * j] = (uint16_t)GM_BITS(GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 0, at, q, &a, 0, 1, 1));
+        lanes[2 * j + 1] = (uint16_t)GM_BITS(GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 1, at, q, &b, 0, 1, 1));
     }
     if (n0 != n1) { /* one side has left the image */
         int rest = gtaoi_imax(n0, n1), side = n1 > n0;
         GV sign = GV_SET(side ? -1.0f : 1.0f), most = s.rise[side], rise;
-        note += (unsigned)side;
-        for (; j < rest; j++, q++, note += 2) {
-            GM ring = GTAOI_NAME(gtaoi_visit_signed)(c, p, f, sign, at + q->offset[side], q, &a, &rise);
+        for (; j < rest; j++, q++) {
+            GM ring = GTAOI_NAME(gtaoi_visit_signed)(p, f, sign, at + q->offset[side], q, &a, &rise);
             GV reach2 = GV_MUL(a.reach, a.reach);
             most = GV_MAX_IF(GV_LE(a.rho, GV_MUL(reach2, GV_SET(c->inner2))), most, rise);
-            notes->note[count] = (uint16_t)note;
-            count += GM_ANY(GM_AND(ring, GV_LT(most, rise)));
+            lanes[2 * j + side] = (uint16_t)GM_BITS(GM_AND(ring, GV_LT(most, rise)));
         }
         s.rise[side] = most;
     }
-    notes->count = count;
     *horizons = s;
 }
 
@@ -7988,7 +7999,8 @@ GTAOI_FI void GTAOI_NAME(gtaoi_search_plain)(const gtao_context *c, const GTAOI_
         gtaoi_range(c, block->seen[g], index, q, n, range);
         gtaoi_count_samples(range, 0, n, gtaoi_popcount(GM_BITS(own)), stats);
         if (open || (over_columns && over_rows)) {
-            int i, end;
+            uint16_t *lanes;
+            int i, k, m0, m1, end;
             if (!over_columns)
                 n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
             else if (!over_rows)
@@ -7997,16 +8009,19 @@ GTAOI_FI void GTAOI_NAME(gtaoi_search_plain)(const gtao_context *c, const GTAOI_
             for (i = range[0]; i < n0 || i < n1; i = end) {
                 GTAOI_HORIZONS found = *s;
                 end = i - i % GTAOI_MARCH + GTAOI_MARCH;
-                if (i > range[0] || notes->lists == GTAOI_NOTED_LISTS ||
-                    notes->count > GTAOI_NOTED_SAMPLES - 2 * GTAOI_MARCH)
+                if (i > range[0] || notes->count + GTAOI_MARCH / 8 > GTAOI_NOTES_MAX)
                     GTAOI_NAME(gtaoi_fade_noted)(c, notes, pixels, frames, horizons, block->at);
+                lanes = notes->lanes[notes->count];
+                m0 = gtaoi_imax(gtaoi_imin(n0, end) - i, 0), m1 = gtaoi_imax(gtaoi_imin(n1, end) - i, 0);
+                for (k = 0; k < gtaoi_imax(m0, m1); k += 8, notes->count++) {
+                    notes->of[notes->count].list = q + i + k, notes->of[notes->count].group = g;
+                    notes->of[notes->count].own = own;
+                    memset(notes->lanes[notes->count], 0, sizeof notes->lanes[0]);
+                }
                 /* Lanes of another class note nothing. */
                 found.rise[0] = GV_SELECT(own, s->rise[0], GV_SET(FLT_MAX));
                 found.rise[1] = GV_SELECT(own, s->rise[1], GV_SET(FLT_MAX));
-                GTAOI_NAME(gtaoi_march_plain)
-                (c, p, f, &found, block->at[g], q + i, gtaoi_imin(n0, end) - i, gtaoi_imin(n1, end) - i, notes);
-                notes->list[notes->lists] = q + i, notes->group[notes->lists] = g, notes->own[notes->lists] = own;
-                notes->lists++;
+                GTAOI_NAME(gtaoi_march_plain)(c, p, f, &found, block->at[g], q + i, m0, m1, lanes);
                 s->rise[0] = GV_SELECT(own, found.rise[0], s->rise[0]);
                 s->rise[1] = GV_SELECT(own, found.rise[1], s->rise[1]);
             }
@@ -8054,7 +8069,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS 
         for (g = 0; g < block->groups; g++)
             if (GM_ANY(active[g]))
                 GTAOI_NAME(gtaoi_slice)(c, &p[g], c->slice + first + g * stride, k, &f[g], &s[g]);
-        notes.count = notes.lists = 0;
+        notes.count = 0;
         for (g = 0; g < block->groups; g++)
             if (GM_ANY(active[g]))
                 GTAOI_NAME(gtaoi_search_plain)
