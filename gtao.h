@@ -908,6 +908,13 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 
 /* ---- constants -------------------------------------------------------------------------------------------------- */
 
+/* As far ahead as the next group of lanes. */
+#if defined(__GNUC__) || defined(__clang__)
+#define GTAOI_AHEAD(p) __builtin_prefetch((const void *)((uintptr_t)(p) + (2 * GTAOI_W - 1) * sizeof(float)))
+#else
+#define GTAOI_AHEAD(p) ((void)0)
+#endif
+
 #define GTAOI_PI 3.14159265358979323846
 #define GTAOI_SKY (-1.2676506e30f)        /* -2^100: height of sky and of anything invalid; rises above no plane */
 #define GTAOI_SKY_LIMIT (-6.338253e29f)   /* -2^99: heights below are sky */
@@ -2699,10 +2706,12 @@ static int gtaoi_reach(const gtao_context *c, const gtaoi_sample *s, int n, int 
     return lo;
 }
 
-/* What of the list of samples that was asked for last is over the image's rows, on the + and - side. */
+/* The list of samples of a slice that was asked for last in a row. */
 typedef struct gtaoi_over {
-    const gtaoi_sample *list; /* null: none yet */
-    int n[2];
+    float key; /* class of the radius; 0: none yet */
+    int n, rows[2]; /* samples, and how many of them are over the image's rows on the + and - side */
+    int columns;    /* that the last is away */
+    const gtaoi_sample *list;
 } gtaoi_over;
 
 enum {
@@ -2710,21 +2719,20 @@ enum {
     GTAOI_NOTES_MAX = 16
 };
 
-static void gtaoi_rows_over(const gtao_context *c, const gtaoi_sample *s, int n, int y, gtaoi_over *over, int *n0,
-                            int *n1) {
-    int i, side;
-    if (over->list != s) {
-        over->list = s;
-        for (side = 0; side < 2; side++) {
-            for (i = n; i > 0; i--) {
-                int at = side ? y - s[i - 1].qy : y + s[i - 1].qy;
-                if (at >= 0 && at < c->d.height)
-                    break;
-            }
-            over->n[side] = i;
+static void gtaoi_find_list(const gtao_context *c, int index, float key, int y, gtaoi_over *over) {
+    size_t at = (size_t)index * (size_t)c->classes + (size_t)gtaoi_class(c, key);
+    const gtaoi_sample *q = c->sample + at * (size_t)c->max_steps;
+    int side, i, n = c->count[at];
+    over->key = key, over->n = n, over->list = q;
+    over->columns = gtaoi_imax(q[n - 1].qx, -q[n - 1].qx);
+    for (side = 0; side < 2; side++) {
+        for (i = n; i > 0; i--) {
+            int row = side ? y - q[i - 1].qy : y + q[i - 1].qy;
+            if (row >= 0 && row < c->d.height)
+                break;
         }
+        over->rows[side] = i;
     }
-    *n0 = over->n[0], *n1 = over->n[1];
 }
 
 /* Offsets, from pixel x of row y, of samples that the border moves. Second taps, if any, lie one pixel
@@ -7954,91 +7962,104 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march_plain)(const gtao_context *c, const GTAOI_P
     GTAOI_NO_CONTRACT
     GTAOI_HORIZONS s = *horizons;
     GTAOI_SAMPLE a, b;
-    int both = gtaoi_imin(n0, n1), j;
-    for (j = 0; j < both; j++, q++) {
-        lanes[2 * j] = (uint16_t)GM_BITS(GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 0, at, q, &a, 0, 1, 1));
-        lanes[2 * j + 1] = (uint16_t)GM_BITS(GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 1, at, q, &b, 0, 1, 1));
+    const gtaoi_sample *end = q + (n0 < n1 ? n0 : n1);
+    for (; q < end; q++, lanes += 2) {
+        GTAOI_AHEAD(at + q->offset[0]); /* the next block's last line, too many streams for the machine to see */
+        GTAOI_AHEAD(at + q->offset[1]);
+        lanes[0] = (uint16_t)GM_BITS(GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 0, at, q, &a, 0, 1, 1));
+        lanes[1] = (uint16_t)GM_BITS(GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 1, at, q, &b, 0, 1, 1));
     }
     if (n0 != n1) { /* one side has left the image */
-        int rest = gtaoi_imax(n0, n1), side = n1 > n0;
+        int side = n1 > n0;
         GV sign = GV_SET(side ? -1.0f : 1.0f), most = s.rise[side], rise;
-        for (; j < rest; j++, q++) {
+        for (end += side ? n1 - n0 : n0 - n1; q < end; q++, lanes += 2) {
             GM ring = GTAOI_NAME(gtaoi_visit_signed)(p, f, sign, at + q->offset[side], q, &a, &rise);
             GV reach2 = GV_MUL(a.reach, a.reach);
             most = GV_MAX_IF(GV_LE(a.rho, GV_MUL(reach2, GV_SET(c->inner2))), most, rise);
-            lanes[2 * j + side] = (uint16_t)GM_BITS(GM_AND(ring, GV_LT(most, rise)));
+            lanes[side] = (uint16_t)GM_BITS(GM_AND(ring, GV_LT(most, rise)));
         }
         s.rise[side] = most;
     }
     *horizons = s;
 }
 
-/* Search one slice of group g of the plain kind: lanes by radius class, nearly always of one. */
-GTAOI_FI void GTAOI_NAME(gtaoi_search_plain)(const gtao_context *c, const GTAOI_PIXEL *pixels,
-                                             const GTAOI_FRAME *frames, GTAOI_HORIZONS *horizons, GTAOI_GROUPS *block,
-                                             int g, int index, GM active, gtaoi_over *over, GTAOI_NOTES *notes,
-                                             gtao_stats *stats) {
-    GTAOI_NO_CONTRACT
-    const GTAOI_PIXEL *p = &pixels[g];
-    const GTAOI_FRAME *f = &frames[g];
-    GTAOI_HORIZONS *s = &horizons[g];
-    const int *count = c->count + (size_t)index * (size_t)c->classes;
-    int x = block->x + g * block->step, y = block->y;
-    int x1 = x + (GTAOI_W - 1) * c->period, open = c->d.border == GTAO_BORDER_OPEN;
-    int beside = (GTAOI_PAD - 1) * c->period; /* columns that have heights left and right of the image, on any border */
-    unsigned bits = GM_BITS(active);
+/* Samples i .. n0 - 1 and i .. n1 - 1 of a list for the lanes `own` of group g, and notes of them. */
+GTAOI_FI void GTAOI_NAME(gtaoi_search_chunk)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                             GTAOI_HORIZONS *s, const float *at, int g, const gtaoi_sample *q, int n0,
+                                             int n1, GM own, GTAOI_NOTES *notes) {
+    GTAOI_HORIZONS found;
+    int first = notes->count, note = first, k = n0 > n1 ? n0 : n1;
+    const gtaoi_sample *list = q;
     do {
-        float key = block->keys[g][gtaoi_lowest(bits)];
-        GM own = GM_AND(active, GV_EQ(p->key, GV_SET(key)));
-        int radius = gtaoi_class(c, key), n = count[radius], n0 = n, n1 = n, range[3];
-        const gtaoi_sample *q =
-            c->sample + ((size_t)index * (size_t)c->classes + (size_t)radius) * (size_t)c->max_steps;
-        int ax = gtaoi_imax(q[n - 1].qx, -q[n - 1].qx), ay = gtaoi_imax(q[n - 1].qy, -q[n - 1].qy);
-        int over_rows = y >= ay && y + ay < c->d.height;
-        int over_columns = ax <= beside || (x >= ax && x1 + ax < c->d.width);
-        gtaoi_range(c, block->seen[g], index, q, n, range);
-        gtaoi_count_samples(range, 0, n, gtaoi_popcount(GM_BITS(own)), stats);
-        if (open || (over_columns && over_rows)) {
-            uint16_t *lanes;
-            int i, k, m0, m1, end;
-            if (!over_columns)
-                n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
-            else if (!over_rows)
-                gtaoi_rows_over(c, q, n, y, over, &n0, &n1);
-            n0 = gtaoi_imin(n0, range[1]), n1 = gtaoi_imin(n1, range[2]);
-            for (i = range[0]; i < n0 || i < n1; i = end) {
-                GTAOI_HORIZONS found = *s;
-                end = i - i % GTAOI_MARCH + GTAOI_MARCH;
-                if (i > range[0] || notes->count + GTAOI_MARCH / 8 > GTAOI_NOTES_MAX)
-                    GTAOI_NAME(gtaoi_fade_noted)(c, notes, pixels, frames, horizons, block->at);
-                lanes = notes->lanes[notes->count];
-                m0 = gtaoi_imax(gtaoi_imin(n0, end) - i, 0), m1 = gtaoi_imax(gtaoi_imin(n1, end) - i, 0);
-                for (k = 0; k < gtaoi_imax(m0, m1); k += 8, notes->count++) {
-                    notes->of[notes->count].list = q + i + k, notes->of[notes->count].group = g;
-                    notes->of[notes->count].own = own;
-                    memset(notes->lanes[notes->count], 0, sizeof notes->lanes[0]);
-                }
-                /* Lanes of another class note nothing. */
-                found.rise[0] = GV_SELECT(own, s->rise[0], GV_SET(FLT_MAX));
-                found.rise[1] = GV_SELECT(own, s->rise[1], GV_SET(FLT_MAX));
-                GTAOI_NAME(gtaoi_march_plain)(c, p, f, &found, block->at[g], q + i, m0, m1, lanes);
-                s->rise[0] = GV_SELECT(own, found.rise[0], s->rise[0]);
-                s->rise[1] = GV_SELECT(own, found.rise[1], s->rise[1]);
-            }
-        } else { /* copies, so that the group itself need not lie in memory */
-            GTAOI_PIXEL pixel = *p;
-            GTAOI_FRAME frame = *f;
-            GTAOI_HORIZONS moved = *s;
-            GTAOI_NAME(gtaoi_search_list)
-            (c, &pixel, &frame, &moved, block->at[g], index, q, range[0], range[1], range[2], x, y);
-            s->rise[0] = GV_SELECT(own, moved.rise[0], s->rise[0]);
-            s->rise[1] = GV_SELECT(own, moved.rise[1], s->rise[1]);
-            s->cosine[0] = GV_SELECT(own, moved.cosine[0], s->cosine[0]);
-            s->cosine[1] = GV_SELECT(own, moved.cosine[1], s->cosine[1]);
+        notes->of[note].list = list, notes->of[note].group = g, notes->of[note].own = own;
+        memset(notes->lanes[note++], 0, sizeof notes->lanes[0]);
+        list += 8;
+    } while ((k -= 8) > 0);
+    notes->count = note;
+    /* Lanes of another class note nothing. */
+    found.rise[0] = GV_SELECT(own, s->rise[0], GV_SET(FLT_MAX));
+    found.rise[1] = GV_SELECT(own, s->rise[1], GV_SET(FLT_MAX));
+    found.cosine[0] = found.cosine[1] = found.rise[0]; /* not looked at */
+    GTAOI_NAME(gtaoi_march_plain)(c, p, f, &found, at, q, n0, n1, notes->lanes[first]);
+    s->rise[0] = GV_SELECT(own, found.rise[0], s->rise[0]);
+    s->rise[1] = GV_SELECT(own, found.rise[1], s->rise[1]);
+}
+
+/* A list that the border or what the tile may see shortens, or of several chunks. */
+GTAOI_FN void GTAOI_NAME(gtaoi_search_part)(const gtao_context *c, const GTAOI_PIXEL *pixels,
+                                            const GTAOI_FRAME *frames, GTAOI_HORIZONS *horizons,
+                                            const GTAOI_GROUPS *block, int g, int index, GM own,
+                                            const gtaoi_over *over, GTAOI_NOTES *notes, gtao_stats *stats) {
+    GTAOI_HORIZONS *s = &horizons[g];
+    const gtaoi_sample *q = over->list;
+    int n = over->n, n0 = over->rows[0], n1 = over->rows[1], x = block->x + g * block->step, y = block->y;
+    int x1 = x + (GTAOI_W - 1) * c->period, ax = over->columns, range[3], i, end;
+    int over_columns = ax < GTAOI_PAD * c->period - c->period || (x >= ax && x1 + ax < c->d.width);
+    gtaoi_range(c, block->seen[g], index, q, n, range);
+    gtaoi_count_samples(range, 0, n, gtaoi_popcount(GM_BITS(own)), stats);
+    if (c->d.border != GTAO_BORDER_OPEN && !(over_columns && n0 == n && n1 == n)) {
+        GTAOI_HORIZONS moved = *s;
+        GTAOI_NAME(gtaoi_search_list)
+        (c, &pixels[g], &frames[g], &moved, block->at[g], index, q, range[0], range[1], range[2], x, y);
+        for (i = 0; i < 2; i++) {
+            s->rise[i] = GV_SELECT(own, moved.rise[i], s->rise[i]);
+            s->cosine[i] = GV_SELECT(own, moved.cosine[i], s->cosine[i]);
+        }
+        return;
+    }
+    if (!over_columns)
+        n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
+    n0 = gtaoi_imin(n0, range[1]), n1 = gtaoi_imin(n1, range[2]);
+    for (i = range[0]; i < n0 || i < n1; i = end) {
+        end = i - i % GTAOI_MARCH + GTAOI_MARCH;
+        if (i > range[0] || notes->count + GTAOI_MARCH / 8 > GTAOI_NOTES_MAX)
+            GTAOI_NAME(gtaoi_fade_noted)(c, notes, pixels, frames, horizons, block->at);
+        GTAOI_NAME(gtaoi_search_chunk)
+        (c, &pixels[g], &frames[g], s, block->at[g], g, q + i, gtaoi_imax(gtaoi_imin(n0, end) - i, 0),
+         gtaoi_imax(gtaoi_imin(n1, end) - i, 0), own, notes);
+    }
+}
+
+/* Search one slice of group g of the plain kind: lanes by radius class, nearly always of one. */
+GTAOI_FI void GTAOI_NAME(gtaoi_search_plain)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                             GTAOI_HORIZONS *s, GTAOI_GROUPS *block, int g, int index, GM active,
+                                             gtaoi_over *over, GTAOI_NOTES *notes, gtao_stats *stats) {
+    GTAOI_NO_CONTRACT
+    do {
+        float key = block->keys[g][gtaoi_lowest(GM_BITS(active))];
+        GM own = GM_AND(active, GV_EQ(p[g].key, GV_SET(key)));
+        if (over->key != key)
+            gtaoi_find_list(c, index, key, block->y, over);
+        if (block->seen[g] || over->n > 8 || over->rows[0] + over->rows[1] < 2 * over->n ||
+            over->columns >= (GTAOI_PAD - 1) * 4 || notes->count == GTAOI_NOTES_MAX) {
+            GTAOI_NAME(gtaoi_search_part)(c, p, f, s, block, g, index, own, over, notes, stats);
+        } else {
+            stats->samples += (uint64_t)(unsigned)(2 * over->n * gtaoi_popcount(GM_BITS(own)));
+            GTAOI_NAME(gtaoi_search_chunk)
+            (c, &p[g], &f[g], &s[g], block->at[g], g, over->list, over->n, over->n, own, notes);
         }
         active = GM_ANDNOT(active, own);
-        bits = GM_BITS(active);
-    } while (bits);
+    } while (GM_ANY(active));
 }
 
 /* The same for what most images are made with (c->plain), all in one piece. */
