@@ -2708,7 +2708,8 @@ static int gtaoi_reach(const gtao_context *c, const gtaoi_sample *s, int n, int 
 
 /* The list of samples of a slice that was asked for last in a row. */
 typedef struct gtaoi_over {
-    float key; /* class of the radius; 0: none yet */
+    float key;      /* class of the radius; 0: none yet */
+    int index;      /* of its slice */
     int n, rows[2]; /* samples, and how many of them are over the image's rows on the + and - side */
     int columns;    /* that the last is away */
     const gtaoi_sample *list;
@@ -2723,7 +2724,7 @@ static void gtaoi_find_list(const gtao_context *c, int index, float key, int y, 
     size_t at = (size_t)index * (size_t)c->classes + (size_t)gtaoi_class(c, key);
     const gtaoi_sample *q = c->sample + at * (size_t)c->max_steps;
     int side, i, n = c->count[at];
-    over->key = key, over->n = n, over->list = q;
+    over->key = key, over->index = index, over->n = n, over->list = q;
     over->columns = gtaoi_imax(q[n - 1].qx, -q[n - 1].qx);
     for (side = 0; side < 2; side++) {
         for (i = n; i > 0; i--) {
@@ -4658,8 +4659,8 @@ typedef int GM;
 #define GV_LT(a, b) ((a) < (b))
 #define GV_LE(a, b) ((a) <= (b))
 #define GV_EQ(a, b) ((a) == (b))
-#define GV_IF(m, a) ((m) ? (a) : 0.0f)       /* m ? a : 0 */
-#define GV_SELECT(m, a, b) ((m) ? (a) : (b)) /* m ? a : b */
+#define GV_IF(m, a) ((m) ? (a) : 0.0f)            /* m ? a : 0 */
+#define GV_SELECT(m, a, b) ((m) ? (a) : (b))      /* m ? a : b */
 #define GV_MAX_IF(m, a, b) GV_MAX(a, GV_IF(m, b)) /* m ? max(a, b) : a, 0 <= a */
 #define GM_AND(a, b) ((a) & (b))
 #define GM_OR(a, b) ((a) | (b))
@@ -5453,7 +5454,8 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const GTAOI_PIXEL *
                                       GTAOI_HORIZONS *horizons, const float *at, const gtaoi_sample *q, int begin,
                                       int n0, int n1, int orthographic, int bounded, int ring) {
     GTAOI_NO_CONTRACT
-    int chunk = GTAOI_MARCH - begin % GTAOI_MARCH; /* chunks end at the same samples wherever the search begins: the same bits */
+    int chunk = GTAOI_MARCH -
+                begin % GTAOI_MARCH; /* chunks end at the same samples wherever the search begins: the same bits */
     GTAOI_HORIZONS s = *horizons;
     GTAOI_SAMPLE a, b;
     for (; n0 > 0 || n1 > 0; n0 -= chunk, n1 -= chunk, q += chunk, chunk = GTAOI_MARCH) {
@@ -7964,7 +7966,7 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march_plain)(const gtao_context *c, const GTAOI_P
     GTAOI_SAMPLE a, b;
     const gtaoi_sample *end = q + (n0 < n1 ? n0 : n1);
     for (; q < end; q++, lanes += 2) {
-        GTAOI_AHEAD(at + q->offset[0]); /* the next block's last line, too many streams for the machine to see */
+        GTAOI_AHEAD(at + q->offset[0]); /* more streams than the machine sees by itself */
         GTAOI_AHEAD(at + q->offset[1]);
         lanes[0] = (uint16_t)GM_BITS(GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 0, at, q, &a, 0, 1, 1));
         lanes[1] = (uint16_t)GM_BITS(GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 1, at, q, &b, 0, 1, 1));
@@ -8006,10 +8008,9 @@ GTAOI_FI void GTAOI_NAME(gtaoi_search_chunk)(const gtao_context *c, const GTAOI_
 }
 
 /* A list that the border or what the tile may see shortens, or of several chunks. */
-GTAOI_FN void GTAOI_NAME(gtaoi_search_part)(const gtao_context *c, const GTAOI_PIXEL *pixels,
-                                            const GTAOI_FRAME *frames, GTAOI_HORIZONS *horizons,
-                                            const GTAOI_GROUPS *block, int g, int index, GM own,
-                                            const gtaoi_over *over, GTAOI_NOTES *notes, gtao_stats *stats) {
+GTAOI_FN void GTAOI_NAME(gtaoi_search_part)(const gtao_context *c, const GTAOI_PIXEL *pixels, const GTAOI_FRAME *frames,
+                                            GTAOI_HORIZONS *horizons, const GTAOI_GROUPS *block, int g, int index,
+                                            GM own, const gtaoi_over *over, GTAOI_NOTES *notes, gtao_stats *stats) {
     GTAOI_HORIZONS *s = &horizons[g];
     const gtaoi_sample *q = over->list;
     int n = over->n, n0 = over->rows[0], n1 = over->rows[1], x = block->x + g * block->step, y = block->y;
@@ -8048,10 +8049,10 @@ GTAOI_FI void GTAOI_NAME(gtaoi_search_plain)(const gtao_context *c, const GTAOI_
     do {
         float key = block->keys[g][gtaoi_lowest(GM_BITS(active))];
         GM own = GM_AND(active, GV_EQ(p[g].key, GV_SET(key)));
-        if (over->key != key)
+        if (over->key != key || over->index != index)
             gtaoi_find_list(c, index, key, block->y, over);
-        if (block->seen[g] || over->n > 8 || over->rows[0] + over->rows[1] < 2 * over->n ||
-            over->columns >= (GTAOI_PAD - 1) * 4 || notes->count == GTAOI_NOTES_MAX) {
+        if (block->seen[g] || over->n > GTAOI_MARCH || over->rows[0] + over->rows[1] < 2 * over->n ||
+            over->columns >= (GTAOI_PAD - 1) * 4 || notes->count > GTAOI_NOTES_MAX - GTAOI_MARCH / 8) {
             GTAOI_NAME(gtaoi_search_part)(c, p, f, s, block, g, index, own, over, notes, stats);
         } else {
             stats->samples += (uint64_t)(unsigned)(2 * over->n * gtaoi_popcount(GM_BITS(own)));
