@@ -908,13 +908,6 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 
 /* ---- constants -------------------------------------------------------------------------------------------------- */
 
-/* As far ahead as the next group of lanes. */
-#if defined(__GNUC__) || defined(__clang__)
-#define GTAOI_AHEAD(p) __builtin_prefetch((const void *)((uintptr_t)(p) + (2 * GTAOI_W - 1) * sizeof(float)))
-#else
-#define GTAOI_AHEAD(p) ((void)0)
-#endif
-
 #define GTAOI_PI 3.14159265358979323846
 #define GTAOI_SKY (-1.2676506e30f)        /* -2^100: height of sky and of anything invalid; rises above no plane */
 #define GTAOI_SKY_LIMIT (-6.338253e29f)   /* -2^99: heights below are sky */
@@ -7966,8 +7959,6 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march_plain)(const gtao_context *c, const GTAOI_P
     GTAOI_SAMPLE a, b;
     const gtaoi_sample *end = q + (n0 < n1 ? n0 : n1);
     for (; q < end; q++, lanes += 2) {
-        GTAOI_AHEAD(at + q->offset[0]); /* more streams than the machine sees by itself */
-        GTAOI_AHEAD(at + q->offset[1]);
         lanes[0] = (uint16_t)GM_BITS(GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 0, at, q, &a, 0, 1, 1));
         lanes[1] = (uint16_t)GM_BITS(GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 1, at, q, &b, 0, 1, 1));
     }
