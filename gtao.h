@@ -2735,27 +2735,34 @@ static int gtaoi_reach(const gtao_context *c, const gtaoi_sample *s, int n, int 
     return lo;
 }
 
-/* What of the list of samples that was asked for last is over the image's rows, on the + and - side. */
+/* The list of samples of a slice that was asked for last in a row. */
 typedef struct gtaoi_over {
-    const gtaoi_sample *list; /* null: none yet */
-    int n[2];
+    float key;      /* class of the radius; 0: none yet */
+    int index;      /* of its slice */
+    int n, rows[2]; /* samples, and how many of them are over the image's rows on the + and - side */
+    int columns;    /* that the last is away */
+    const gtaoi_sample *list;
 } gtaoi_over;
 
-static void gtaoi_rows_over(const gtao_context *c, const gtaoi_sample *s, int n, int y, gtaoi_over *over, int *n0,
-                            int *n1) {
-    int i, side;
-    if (over->list != s) {
-        over->list = s;
-        for (side = 0; side < 2; side++) {
-            for (i = n; i > 0; i--) {
-                int at = side ? y - s[i - 1].qy : y + s[i - 1].qy;
-                if (at >= 0 && at < c->d.height)
-                    break;
-            }
-            over->n[side] = i;
+enum {
+    GTAOI_MARCH = 32, /* samples of a list that are searched before those in the falloff ring are looked at */
+    GTAOI_NOTES_MAX = 16
+};
+
+static void gtaoi_find_list(const gtao_context *c, int index, float key, int y, gtaoi_over *over) {
+    size_t at = (size_t)index * (size_t)c->classes + (size_t)gtaoi_class(c, key);
+    const gtaoi_sample *q = c->sample + at * (size_t)c->max_steps;
+    int side, i, n = c->count[at];
+    over->key = key, over->index = index, over->n = n, over->list = q;
+    over->columns = gtaoi_imax(q[n - 1].qx, -q[n - 1].qx);
+    for (side = 0; side < 2; side++) {
+        for (i = n; i > 0; i--) {
+            int row = side ? y - q[i - 1].qy : y + q[i - 1].qy;
+            if (row >= 0 && row < c->d.height)
+                break;
         }
+        over->rows[side] = i;
     }
-    *n0 = over->n[0], *n1 = over->n[1];
 }
 
 /* Offsets, from pixel x of row y, of samples that the border moves. Second taps, if any, lie one pixel
@@ -4735,8 +4742,9 @@ typedef int GM;
 #define GV_LT(a, b) ((a) < (b))
 #define GV_LE(a, b) ((a) <= (b))
 #define GV_EQ(a, b) ((a) == (b))
-#define GV_IF(m, a) ((m) ? (a) : 0.0f)       /* m ? a : 0 */
-#define GV_SELECT(m, a, b) ((m) ? (a) : (b)) /* m ? a : b */
+#define GV_IF(m, a) ((m) ? (a) : 0.0f)            /* m ? a : 0 */
+#define GV_SELECT(m, a, b) ((m) ? (a) : (b))      /* m ? a : b */
+#define GV_MAX_IF(m, a, b) GV_MAX(a, GV_IF(m, b)) /* m ? max(a, b) : a, 0 <= a */
 #define GM_AND(a, b) ((a) & (b))
 #define GM_OR(a, b) ((a) | (b))
 #define GM_ANDNOT(a, b) ((a) & !(b)) /* a and not b */
@@ -4777,6 +4785,7 @@ typedef __m128 GM;
 #define GV_EQ(a, b) _mm_cmpeq_ps(a, b)
 #define GV_IF(m, a) _mm_and_ps(m, a)
 #define GV_SELECT(m, a, b) _mm_or_ps(_mm_and_ps(m, a), _mm_andnot_ps(m, b))
+#define GV_MAX_IF(m, a, b) GV_MAX(a, GV_IF(m, b))
 #define GM_AND(a, b) _mm_and_ps(a, b)
 #define GM_OR(a, b) _mm_or_ps(a, b)
 #define GM_ANDNOT(a, b) _mm_andnot_ps(b, a)
@@ -4823,6 +4832,7 @@ typedef uint32x4_t GM;
 #define GV_EQ(a, b) vceqq_f32(a, b)
 #define GV_IF(m, a) vreinterpretq_f32_u32(vandq_u32(m, vreinterpretq_u32_f32(a)))
 #define GV_SELECT(m, a, b) vbslq_f32(m, a, b)
+#define GV_MAX_IF(m, a, b) GV_MAX(a, GV_IF(m, b))
 #define GM_AND(a, b) vandq_u32(a, b)
 #define GM_OR(a, b) vorrq_u32(a, b)
 #define GM_ANDNOT(a, b) vbicq_u32(a, b)
@@ -4866,6 +4876,7 @@ typedef __m256 GM;
 #define GV_EQ(a, b) _mm256_cmp_ps(a, b, _CMP_EQ_OQ)
 #define GV_IF(m, a) _mm256_and_ps(m, a)
 #define GV_SELECT(m, a, b) _mm256_blendv_ps(b, a, m)
+#define GV_MAX_IF(m, a, b) GV_MAX(a, GV_IF(m, b))
 #define GM_AND(a, b) _mm256_and_ps(a, b)
 #define GM_OR(a, b) _mm256_or_ps(a, b)
 #define GM_ANDNOT(a, b) _mm256_andnot_ps(b, a)
@@ -4906,6 +4917,7 @@ typedef __mmask16 GM;
 #define GV_EQ(a, b) _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ)
 #define GV_IF(m, a) _mm512_maskz_mov_ps(m, a)
 #define GV_SELECT(m, a, b) _mm512_mask_blend_ps(m, b, a)
+#define GV_MAX_IF(m, a, b) _mm512_mask_max_ps(a, m, a, b)
 #define GM_AND(a, b) ((__mmask16)((a) & (b)))
 #define GM_OR(a, b) ((__mmask16)((a) | (b)))
 #define GM_ANDNOT(a, b) ((__mmask16)((a) & ~(b)))
@@ -5442,7 +5454,7 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_rise)(const gtao_context *c, const GTAOI_FRAME *f, 
     sample->reach = GV_MUL(orthographic ? inv : slope, f->reach);
     reach2 = GV_MUL(sample->reach, sample->reach);
     inside = GV_LE(sample->rho, ring ? GV_MUL(reach2, GV_SET(c->inner2)) : reach2);
-    s->rise[side] = GV_MAX(s->rise[side], GV_IF(inside, least));
+    s->rise[side] = GV_MAX_IF(inside, s->rise[side], least);
     if (!ring)
         return inside;
     if (!taps)
@@ -5452,14 +5464,18 @@ GTAOI_FI GM GTAOI_NAME(gtaoi_rise)(const gtao_context *c, const GTAOI_FRAME *f, 
 
 /* The attenuated cosine of a sample in the ring: distance / radius = rho / (sqrt(rho) reach), cos h = kappa /
  * sqrt(rho). */
-GTAOI_FI void GTAOI_NAME(gtaoi_fade)(const gtao_context *c, const GTAOI_FRAME *f, GTAOI_HORIZONS *s, int side,
-                                     const GTAOI_SAMPLE *sample, GM fading) {
+GTAOI_FI GV GTAOI_NAME(gtaoi_faded)(const gtao_context *c, const GTAOI_SAMPLE *sample, GV start) {
     GTAOI_NO_CONTRACT
     GV both = GV_DIV(GV_SET(1.0f), GV_MUL(GV_SQRT(sample->rho), sample->reach));
     GV weight = GV_MUL(GV_SUB(GV_SET(1.0f), GV_MUL(sample->rho, both)), GV_SET(c->inv_falloff));
     GV cosine = GV_MUL(sample->kappa, GV_MUL(sample->reach, both));
+    return GV_ADD(start, GV_MUL(weight, GV_SUB(cosine, start)));
+}
+GTAOI_FI void GTAOI_NAME(gtaoi_fade)(const gtao_context *c, const GTAOI_FRAME *f, GTAOI_HORIZONS *s, int side,
+                                     const GTAOI_SAMPLE *sample, GM fading) {
+    GTAOI_NO_CONTRACT
     GV start = side ? GV_SUB(GV_SET(0.0f), f->cos_tangent) : f->cos_tangent;
-    GV faded = GV_ADD(start, GV_MUL(weight, GV_SUB(cosine, start)));
+    GV faded = GTAOI_NAME(gtaoi_faded)(c, sample, start);
     s->cosine[side] = GV_MAX(s->cosine[side], GV_SELECT(fading, faded, s->cosine[side]));
 }
 
@@ -5525,11 +5541,11 @@ GTAOI_FI void GTAOI_NAME(gtaoi_march)(const gtao_context *c, const GTAOI_PIXEL *
                                       GTAOI_HORIZONS *horizons, const float *at, const gtaoi_sample *q, int begin,
                                       int n0, int n1, int orthographic, int bounded, int ring) {
     GTAOI_NO_CONTRACT
-    enum { CHUNK = 32 };
-    int chunk = CHUNK - begin % CHUNK; /* chunks end at the same samples wherever the search begins: the same bits */
+    int chunk = GTAOI_MARCH -
+                begin % GTAOI_MARCH; /* chunks end at the same samples wherever the search begins: the same bits */
     GTAOI_HORIZONS s = *horizons;
     GTAOI_SAMPLE a, b;
-    for (; n0 > 0 || n1 > 0; n0 -= chunk, n1 -= chunk, q += chunk, chunk = CHUNK) {
+    for (; n0 > 0 || n1 > 0; n0 -= chunk, n1 -= chunk, q += chunk, chunk = GTAOI_MARCH) {
         int both = gtaoi_imin(gtaoi_imin(n0, n1), chunk), rest = gtaoi_imin(gtaoi_imax(n0, n1), chunk), j;
         unsigned fading = 0;
         for (j = 0; j < both; j++) {
@@ -8005,49 +8021,171 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *bl
     return 1;
 }
 
-/* Search one slice of a group of the plain kind: lanes by radius class, nearly always of one. */
-GTAOI_FI void GTAOI_NAME(gtaoi_search_plain)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
-                                             GTAOI_HORIZONS *s, const float *at, int index, GM active,
-                                             const float *keys, int x, int y, gtaoi_over *over, const gtaoi_tile *seen,
-                                             gtao_stats *stats) {
+/* Samples in the falloff ring that rise above what had been found before them, of a block's groups. They are looked at
+ * when all groups have marched: fewer of them rise then, and it is once a block that a loop of unknown length ends. */
+#define GTAOI_NOTES GTAOI_NAME(gtaoi_notes)
+typedef struct GTAOI_NOTES {
+    int count;
+    struct { /* of eight samples */
+        const gtaoi_sample *list;
+        int group;
+        GM own; /* lanes that the list is for */
+    } of[GTAOI_NOTES_MAX];
+    uint16_t lanes[GTAOI_NOTES_MAX][16]; /* that note a sample, [note][sample][side] */
+} GTAOI_NOTES;
+
+/* Which of them any lane notes. */
+GTAOI_FI unsigned GTAOI_NAME(gtaoi_noted)(const uint16_t lanes[16]) {
+#if GTAOI_W > 1 && GTAOI_X86
+    const __m128i zero = _mm_setzero_si128(), *at = (const __m128i *)(const void *)lanes;
+    __m128i a = _mm_cmpeq_epi16(_mm_loadu_si128(at), zero), b = _mm_cmpeq_epi16(_mm_loadu_si128(at + 1), zero);
+    return (unsigned)_mm_movemask_epi8(_mm_packs_epi16(a, b)) ^ 0xffffu;
+#else
+    unsigned bits = 0, i;
+    for (i = 0; i < 16; i++)
+        bits |= (unsigned)(lanes[i] != 0) << i;
+    return bits;
+#endif
+}
+
+/* A sample on the side of `sign`, as gtaoi_visit has it. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_visit_signed)(const GTAOI_PIXEL *p, const GTAOI_FRAME *f, GV sign, const float *at,
+                                           const gtaoi_sample *q, GTAOI_SAMPLE *sample, GV *rise) {
     GTAOI_NO_CONTRACT
-    const int *count = c->count + (size_t)index * (size_t)c->classes;
-    int x1 = x + (GTAOI_W - 1) * c->period, open = c->d.border == GTAO_BORDER_OPEN;
-    int beside = (GTAOI_PAD - 1) * c->period; /* columns that have heights left and right of the image, on any border */
-    unsigned bits = GM_BITS(active);
-    do {
-        float key = keys[gtaoi_lowest(bits)];
-        GM own = GM_AND(active, GV_EQ(p->key, GV_SET(key)));
-        int radius = gtaoi_class(c, key), n = count[radius], n0 = n, n1 = n, range[3];
-        const gtaoi_sample *q =
-            c->sample + ((size_t)index * (size_t)c->classes + (size_t)radius) * (size_t)c->max_steps;
-        int ax = gtaoi_imax(q[n - 1].qx, -q[n - 1].qx), ay = gtaoi_imax(q[n - 1].qy, -q[n - 1].qy);
-        int over_rows = y >= ay && y + ay < c->d.height;
-        int over_columns = ax <= beside || (x >= ax && x1 + ax < c->d.width);
-        GTAOI_HORIZONS found = *s;
-        gtaoi_range(c, seen, index, q, n, range);
-        gtaoi_count_samples(range, 0, n, gtaoi_popcount(GM_BITS(own)), stats);
-        if (open || (over_columns && over_rows)) {
-            if (!over_columns)
-                n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
-            else if (!over_rows)
-                gtaoi_rows_over(c, q, n, y, over, &n0, &n1);
-            GTAOI_NAME(gtaoi_march)
-            (c, p, f, &found, at, q + range[0], range[0], gtaoi_imin(n0, range[1]) - range[0],
-             gtaoi_imin(n1, range[2]) - range[0], 0, 1, 1);
-        } else { /* copies, so that the group itself need not lie in memory */
-            GTAOI_PIXEL pixel = *p;
-            GTAOI_FRAME frame = *f;
-            GTAOI_HORIZONS moved = *s;
-            GTAOI_NAME(gtaoi_search_list)(c, &pixel, &frame, &moved, at, index, q, range[0], range[1], range[2], x, y);
-            found = moved;
+    GV inv = GV_SET(q->inv_length), slope = GV_MUL(GV_LOAD(at), inv), reach2;
+    GV tangent = GV_ADD(GV_MUL(p->gx, GV_SET(q->ux)), GV_MUL(p->gy, GV_SET(q->uy)));
+    *rise = GV_SUB(slope, GV_ADD(GV_MUL(p->w0, inv), GV_MUL(sign, tangent)));
+    sample->kappa = GV_ADD(GV_MUL(*rise, f->kappa_scale), GV_MUL(sign, f->kappa_tangent));
+    sample->rho = GV_ADD(GV_MUL(sample->kappa, sample->kappa), GV_SET(1.0f));
+    sample->reach = GV_MUL(slope, f->reach);
+    reach2 = GV_MUL(sample->reach, sample->reach);
+    return GV_LT(sample->rho, reach2);
+}
+
+GTAOI_FN void GTAOI_NAME(gtaoi_fade_noted)(const gtao_context *c, GTAOI_NOTES *notes, const GTAOI_PIXEL *p,
+                                           const GTAOI_FRAME *f, GTAOI_HORIZONS *s, const float *const *at) {
+    GTAOI_NO_CONTRACT
+    int i, k;
+    for (i = 0; i < notes->count; i += 4) {
+        uint64_t noted = 0;
+        for (k = 0; k < gtaoi_imin(notes->count - i, 4); k++)
+            noted |= (uint64_t)GTAOI_NAME(gtaoi_noted)(notes->lanes[i + k]) << 16 * k;
+        for (; noted; noted &= noted - 1) {
+            int bit = gtaoi_lowest(noted), n = i + (bit >> 4), side = bit & 1, g = notes->of[n].group;
+            const gtaoi_sample *q = notes->of[n].list + (bit >> 1 & 7);
+            GV sign = GV_SET(side ? -1.0f : 1.0f), rise, faded;
+            GTAOI_SAMPLE sample;
+            GM fade = GTAOI_NAME(gtaoi_visit_signed)(&p[g], &f[g], sign, at[g] + q->offset[side], q, &sample, &rise);
+            fade = GM_AND(GM_AND(fade, GV_LT(s[g].rise[side], rise)), notes->of[n].own);
+            faded = GTAOI_NAME(gtaoi_faded)(c, &sample, GV_MUL(sign, f[g].cos_tangent));
+            s[g].cosine[side] = GV_MAX(s[g].cosine[side], GV_SELECT(fade, faded, s[g].cosine[side]));
         }
-        s->rise[0] = GV_SELECT(own, found.rise[0], s->rise[0]), s->rise[1] = GV_SELECT(own, found.rise[1], s->rise[1]);
-        s->cosine[0] = GV_SELECT(own, found.cosine[0], s->cosine[0]);
-        s->cosine[1] = GV_SELECT(own, found.cosine[1], s->cosine[1]);
+    }
+    notes->count = 0;
+}
+
+/* The horizon search of the plain kind in one chunk: gtaoi_march up to what it notes, eight samples a note. */
+GTAOI_FI void GTAOI_NAME(gtaoi_march_plain)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                            GTAOI_HORIZONS *horizons, const float *at, const gtaoi_sample *q, int n0,
+                                            int n1, uint16_t *lanes) {
+    GTAOI_NO_CONTRACT
+    GTAOI_HORIZONS s = *horizons;
+    GTAOI_SAMPLE a, b;
+    const gtaoi_sample *end = q + (n0 < n1 ? n0 : n1);
+    for (; q < end; q++, lanes += 2) {
+        lanes[0] = (uint16_t)GM_BITS(GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 0, at, q, &a, 0, 1, 1));
+        lanes[1] = (uint16_t)GM_BITS(GTAOI_NAME(gtaoi_visit)(c, p, f, &s, 1, at, q, &b, 0, 1, 1));
+    }
+    if (n0 != n1) { /* one side has left the image */
+        int side = n1 > n0;
+        GV sign = GV_SET(side ? -1.0f : 1.0f), most = s.rise[side], rise;
+        for (end += side ? n1 - n0 : n0 - n1; q < end; q++, lanes += 2) {
+            GM ring = GTAOI_NAME(gtaoi_visit_signed)(p, f, sign, at + q->offset[side], q, &a, &rise);
+            GV reach2 = GV_MUL(a.reach, a.reach);
+            most = GV_MAX_IF(GV_LE(a.rho, GV_MUL(reach2, GV_SET(c->inner2))), most, rise);
+            lanes[side] = (uint16_t)GM_BITS(GM_AND(ring, GV_LT(most, rise)));
+        }
+        s.rise[side] = most;
+    }
+    *horizons = s;
+}
+
+/* Samples i .. n0 - 1 and i .. n1 - 1 of a list for the lanes `own` of group g, and notes of them. */
+GTAOI_FI void GTAOI_NAME(gtaoi_search_chunk)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                             GTAOI_HORIZONS *s, const float *at, int g, const gtaoi_sample *q, int n0,
+                                             int n1, GM own, GTAOI_NOTES *notes) {
+    GTAOI_HORIZONS found;
+    int first = notes->count, note = first, k = n0 > n1 ? n0 : n1;
+    const gtaoi_sample *list = q;
+    do {
+        notes->of[note].list = list, notes->of[note].group = g, notes->of[note].own = own;
+        memset(notes->lanes[note++], 0, sizeof notes->lanes[0]);
+        list += 8;
+    } while ((k -= 8) > 0);
+    notes->count = note;
+    /* Lanes of another class note nothing. */
+    found.rise[0] = GV_SELECT(own, s->rise[0], GV_SET(FLT_MAX));
+    found.rise[1] = GV_SELECT(own, s->rise[1], GV_SET(FLT_MAX));
+    found.cosine[0] = found.cosine[1] = found.rise[0]; /* not looked at */
+    GTAOI_NAME(gtaoi_march_plain)(c, p, f, &found, at, q, n0, n1, notes->lanes[first]);
+    s->rise[0] = GV_SELECT(own, found.rise[0], s->rise[0]);
+    s->rise[1] = GV_SELECT(own, found.rise[1], s->rise[1]);
+}
+
+/* A list that the border or what the tile may see shortens, or of several chunks. */
+GTAOI_FN void GTAOI_NAME(gtaoi_search_part)(const gtao_context *c, const GTAOI_PIXEL *pixels, const GTAOI_FRAME *frames,
+                                            GTAOI_HORIZONS *horizons, const GTAOI_GROUPS *block, int g, int index,
+                                            GM own, const gtaoi_over *over, GTAOI_NOTES *notes, gtao_stats *stats) {
+    GTAOI_HORIZONS *s = &horizons[g];
+    const gtaoi_sample *q = over->list;
+    int n = over->n, n0 = over->rows[0], n1 = over->rows[1], x = block->x + g * block->step, y = block->y;
+    int x1 = x + (GTAOI_W - 1) * c->period, ax = over->columns, range[3], i, end;
+    int over_columns = ax < GTAOI_PAD * c->period - c->period || (x >= ax && x1 + ax < c->d.width);
+    gtaoi_range(c, block->seen[g], index, q, n, range);
+    gtaoi_count_samples(range, 0, n, gtaoi_popcount(GM_BITS(own)), stats);
+    if (c->d.border != GTAO_BORDER_OPEN && !(over_columns && n0 == n && n1 == n)) {
+        GTAOI_HORIZONS moved = *s;
+        GTAOI_NAME(gtaoi_search_list)
+        (c, &pixels[g], &frames[g], &moved, block->at[g], index, q, range[0], range[1], range[2], x, y);
+        for (i = 0; i < 2; i++) {
+            s->rise[i] = GV_SELECT(own, moved.rise[i], s->rise[i]);
+            s->cosine[i] = GV_SELECT(own, moved.cosine[i], s->cosine[i]);
+        }
+        return;
+    }
+    if (!over_columns)
+        n0 = gtaoi_reach(c, q, n, 1, x, x1, y), n1 = gtaoi_reach(c, q, n, -1, x, x1, y);
+    n0 = gtaoi_imin(n0, range[1]), n1 = gtaoi_imin(n1, range[2]);
+    for (i = range[0]; i < n0 || i < n1; i = end) {
+        end = i - i % GTAOI_MARCH + GTAOI_MARCH;
+        if (i > range[0] || notes->count + GTAOI_MARCH / 8 > GTAOI_NOTES_MAX)
+            GTAOI_NAME(gtaoi_fade_noted)(c, notes, pixels, frames, horizons, block->at);
+        GTAOI_NAME(gtaoi_search_chunk)
+        (c, &pixels[g], &frames[g], s, block->at[g], g, q + i, gtaoi_imax(gtaoi_imin(n0, end) - i, 0),
+         gtaoi_imax(gtaoi_imin(n1, end) - i, 0), own, notes);
+    }
+}
+
+/* Search one slice of group g of the plain kind: lanes by radius class, nearly always of one. */
+GTAOI_FI void GTAOI_NAME(gtaoi_search_plain)(const gtao_context *c, const GTAOI_PIXEL *p, const GTAOI_FRAME *f,
+                                             GTAOI_HORIZONS *s, GTAOI_GROUPS *block, int g, int index, GM active,
+                                             gtaoi_over *over, GTAOI_NOTES *notes, gtao_stats *stats) {
+    GTAOI_NO_CONTRACT
+    do {
+        float key = block->keys[g][gtaoi_lowest(GM_BITS(active))];
+        GM own = GM_AND(active, GV_EQ(p[g].key, GV_SET(key)));
+        if (over->key != key || over->index != index)
+            gtaoi_find_list(c, index, key, block->y, over);
+        if (block->seen[g] || over->n > GTAOI_MARCH || over->rows[0] + over->rows[1] < 2 * over->n ||
+            over->columns >= (GTAOI_PAD - 1) * 4 || notes->count > GTAOI_NOTES_MAX - GTAOI_MARCH / 8) {
+            GTAOI_NAME(gtaoi_search_part)(c, p, f, s, block, g, index, own, over, notes, stats);
+        } else {
+            stats->samples += (uint64_t)(unsigned)(2 * over->n * gtaoi_popcount(GM_BITS(own)));
+            GTAOI_NAME(gtaoi_search_chunk)
+            (c, &p[g], &f[g], &s[g], block->at[g], g, over->list, over->n, over->n, own, notes);
+        }
         active = GM_ANDNOT(active, own);
-        bits = GM_BITS(active);
-    } while (bits);
+    } while (GM_ANY(active));
 }
 
 /* The same for what most images are made with (c->plain), all in one piece. */
@@ -8074,14 +8212,16 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS 
         int first = (y & (period - 1)) * period * c->slices + k;
         GTAOI_FRAME f[4];
         GTAOI_HORIZONS s[4];
+        GTAOI_NOTES notes;
         for (g = 0; g < block->groups; g++)
             if (GM_ANY(active[g]))
                 GTAOI_NAME(gtaoi_slice)(c, &p[g], c->slice + first + g * stride, k, &f[g], &s[g]);
+        notes.count = 0;
         for (g = 0; g < block->groups; g++)
             if (GM_ANY(active[g]))
                 GTAOI_NAME(gtaoi_search_plain)
-        (c, &p[g], &f[g], &s[g], block->at[g], first + g * stride, active[g], block->keys[g],
-         block->x + g * block->step, y, &block->over[g][k & 3], block->seen[g], stats);
+        (c, p, f, s, block, g, first + g * stride, active[g], &block->over[g][k & 3], &notes, stats);
+        GTAOI_NAME(gtaoi_fade_noted)(c, &notes, p, f, s, block->at);
         for (g = 0; g < block->groups; g++)
             if (GM_ANY(active[g]))
                 GTAOI_NAME(gtaoi_integrate)(c, &p[g], &f[g], &s[g], &sum[g]);
@@ -9202,6 +9342,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int set, i
 #undef GTAOI_HISTORY
 #undef GTAOI_TAPS
 #undef GTAOI_GROUPS
+#undef GTAOI_NOTES
 #undef GV_SET
 #undef GV_LOAD
 #undef GV_STORE
@@ -9218,6 +9359,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_upsample)(const gtao_frame_context *f, int set, i
 #undef GV_EQ
 #undef GV_IF
 #undef GV_SELECT
+#undef GV_MAX_IF
 #undef GM_AND
 #undef GM_OR
 #undef GM_ANDNOT
