@@ -1405,12 +1405,14 @@ enum {
     GTAOI_CELL_GY,
     GTAOI_CELL_UP,   /* GTAOI_CELL_NONE: nothing but sky */
     GTAOI_CELL_DOWN, /* minus that: sky in the first layer */
+    GTAOI_CELL_MOST, /* heights lie between these, too */
+    GTAOI_CELL_LEAST,
     GTAOI_CELL_PLANES,
     GTAOI_DIRECTIONS = 16, /* sectors of directions on the screen */
     GTAOI_SPAN = 32        /* tiles of 64x16 pixels that are looked at together */
 };
 #define GTAOI_CELL_NONE (-1e38f)
-#define GTAOI_SECTORS_PAY 16 /* samples a side from which it pays to tell directions apart */
+#define GTAOI_CANDIDATES 12 /* cells that may rise, with fewer than 16 samples a side: more are not worth telling apart */
 
 /* What the receivers of a tile may see. */
 typedef struct gtaoi_tile {
@@ -2753,7 +2755,8 @@ static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int
  * times 1 / |q|, the pixel's too, and sums: half an ulp of a height each, three in all; but at |q| = 1 the products are
  * exact, and from there on it is |q| >= sqrt(2), where what a rise must exceed is as much more. Between two taps half an
  * ulp more, and no such gap. A half falls to the samples' upper plane, the other to the pixels' lower one. */
-static void gtaoi_keep_cell(const gtao_context *c, ptrdiff_t at, float w0, float gx, float gy, float up, float down) {
+static void gtaoi_keep_cell(const gtao_context *c, ptrdiff_t at, float w0, float gx, float gy, float up, float down,
+                            float most, float least) {
     GTAOI_NO_CONTRACT
     if (up > GTAOI_CELL_NONE) {
         float ulps = c->every_pixel ? 1.1920929e-7f : 7.1525574e-8f; /* 2 and 1.2 times 2^-24 */
@@ -2766,10 +2769,13 @@ static void gtaoi_keep_cell(const gtao_context *c, ptrdiff_t at, float w0, float
         size += gtaoi_abs(shift) + gtaoi_abs(up) + (solid ? gtaoi_abs(down) : 0.0f);
         room = ulps * (gtaoi_abs(w0) + size) + 2.3841858e-7f * size;
         up += room, down -= room;
+        most = gtaoi_min(most, w0 + size + up), least = gtaoi_max(least, (w0 - size) + down);
     }
     c->cell[GTAOI_CELL_W0][at] = w0, c->cell[GTAOI_CELL_GX][at] = gx, c->cell[GTAOI_CELL_GY][at] = gy;
     c->cell[GTAOI_CELL_UP][at] = up;
     c->cell[GTAOI_CELL_DOWN][at] = down;
+    c->cell[GTAOI_CELL_MOST][at] = most;
+    c->cell[GTAOI_CELL_LEAST][at] = least;
 }
 
 /* A plane for cell k of a stretch, through four of its pixels, for its lanes; level if one of them is sky. Any plane is
@@ -2835,7 +2841,7 @@ static void gtaoi_cell_rest(const gtao_context *c, int cx, int cy) {
                 gx = nx ? gx / (float)nx : 0.0f, gy = ny ? gy / (float)ny : 0.0f;
         }
     }
-    gtaoi_keep_cell(c, at, w0, gx, gy, up, down);
+    gtaoi_keep_cell(c, at, w0, gx, gy, up, down, FLT_MAX, -FLT_MAX);
 }
 
 /* Something may rise at distances lo .. hi in the directions from (0, 0) to the box. `all`: bounds that hold for every
@@ -2915,9 +2921,20 @@ typedef struct gtaoi_looking {
     float radius;         /* pixels */
     float behind, before; /* heights beyond which the radius does not reach */
     float all[2];         /* where something may rise in every direction */
-    int sectors;          /* whether it pays to tell directions apart; if not, the first that may rise ends it */
-    int blocked;          /* it has */
+    int candidates;       /* how many more cells may rise; below 0 it is not worth it: anything may */
 } gtaoi_looking;
+
+/* `top` of a cell, exact but for 2^-52. */
+static double gtaoi_cell_top(const gtao_context *c, const gtaoi_tile *t, const gtaoi_looking *l, ptrdiff_t at,
+                             float x, float y) {
+    GTAOI_NO_CONTRACT
+    const double half = 0.5 * (GTAOI_CELL - 1);
+    double gx = (double)t->gx, gy = (double)t->gy, ax = (double)c->cell[GTAOI_CELL_GX][at] - gx;
+    double ay = (double)c->cell[GTAOI_CELL_GY][at] - gy, up = (double)c->cell[GTAOI_CELL_UP][at];
+    double turn = half * ((ax < 0.0 ? -ax : ax) + (ay < 0.0 ? -ay : ay));
+    double along = gx * ((double)x + half - (double)l->x) + gy * ((double)y + half - (double)l->y);
+    return ((double)c->cell[GTAOI_CELL_W0][at] - (double)l->w) - along + (turn + (up - (double)l->low));
+}
 
 /* For each row of cells whether all its pixels were prepared by one call of gtao_prepare_rows, the last. */
 static void gtaoi_known_cells(const gtao_context *c, uint8_t *known) {
@@ -5195,7 +5212,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int cy) {
         for (i = 0; i < per; i++)
             across[k * per + i] = (float)(i * phases) - half;
     for (x = 0; x < c->d.width; x += WIDE) {
-        float w0[WIDE], lowest[WIDE], along_x[WIDE], along_y[WIDE], gx[WIDE], gy[WIDE], up[WIDE], down[WIDE];
+        float w0[WIDE], lowest[WIDE], highest[WIDE], along_x[WIDE], along_y[WIDE], gx[WIDE], gy[WIDE], up[WIDE], down[WIDE];
         const float *at = c->w + (ptrdiff_t)cy * GTAOI_CELL * c->pitch + GTAOI_PAD + x / c->period;
         int cells = (gtaoi_imin(WIDE, c->d.width - x) + GTAOI_CELL - 1) / GTAOI_CELL, mixed = 0;
         if (c->arcs && c->layer_count > 1) {
@@ -5207,18 +5224,20 @@ GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int cy) {
             for (i = k * per; i < (k + 1) * per; i++)
                 w0[i] = k < cells ? at[k * per] : 0.0f;
         for (i = 0; i < cells * per; i += GTAOI_W) {
-            GV base = GV_LOAD(w0 + i), least = GV_SET(FLT_MAX), zero = GV_SET(0.0f), sum_x = zero, sum_y = zero;
+            GV base = GV_LOAD(w0 + i), least = GV_SET(FLT_MAX), most = GV_SET(-FLT_MAX);
+            GV zero = GV_SET(0.0f), sum_x = zero, sum_y = zero;
             for (r = 0; r < rows; r++) {
                 GV row = zero;
                 for (p = 0; p < phases; p++) {
                     GV w = GV_LOAD(at + r * c->pitch + p * c->segment + i), d = GV_SUB(w, base);
-                    least = GV_MIN(least, w);
+                    least = GV_MIN(least, w), most = GV_MAX(most, w);
                     sum_x = GV_ADD(sum_x, GV_MUL(d, GV_ADD(GV_LOAD(across + i), GV_SET((float)p))));
                     row = GV_ADD(row, d);
                 }
                 sum_y = GV_ADD(sum_y, GV_MUL(row, GV_SET((float)r - middle)));
             }
-            GV_STORE(lowest + i, least), GV_STORE(along_x + i, sum_x), GV_STORE(along_y + i, sum_y);
+            GV_STORE(lowest + i, least), GV_STORE(highest + i, most);
+            GV_STORE(along_x + i, sum_x), GV_STORE(along_y + i, sum_y);
         }
         for (k = 0; k < cells; k++) { /* least squares: sum e^2 = 340 in each row, n (n^2 - 1) / 12 in a column */
             float a = 0.0f, b = 0.0f;
@@ -5250,12 +5269,16 @@ GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int cy) {
         for (k = 0; k < cells; k++) {
             ptrdiff_t to = cy * c->cell_pitch + x / GTAOI_CELL + k;
             i = k * per;
-            for (r = i + 1; r < i + per; r++)
+            for (r = i + 1; r < i + per; r++) {
                 up[i] = gtaoi_max(up[i], up[r]), down[i] = gtaoi_min(down[i], down[r]);
-            if (up[i] > GTAOI_SKY_LIMIT)
-                gtaoi_keep_cell(c, to, w0[i], gx[i], gy[i], up[i], down[i]);
+                highest[i] = gtaoi_max(highest[i], highest[r]), lowest[i] = gtaoi_min(lowest[i], lowest[r]);
+            }
+            if (up[i] > GTAOI_SKY_LIMIT) /* with sky in it the lowest is not known */
+                gtaoi_keep_cell(c, to, w0[i], gx[i], gy[i], up[i], down[i], highest[i],
+                                lowest[i] > GTAOI_SKY_LIMIT ? lowest[i] : -FLT_MAX);
             else
-                gtaoi_keep_cell(c, to, 0.0f, 0.0f, 0.0f, GTAOI_CELL_NONE, -GTAOI_CELL_NONE);
+                gtaoi_keep_cell(c, to, 0.0f, 0.0f, 0.0f, GTAOI_CELL_NONE, -GTAOI_CELL_NONE, GTAOI_CELL_NONE,
+                                -GTAOI_CELL_NONE);
         }
     }
 }
@@ -7411,29 +7434,25 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look_at)(const gtao_context *c, gtaoi_tile *t, gt
         distance = GV_MAX(GV_SUB(distance, GV_SET(taps)), one);
         closed = GM_OR(GV_LE(top, GV_MUL(GV_SET(l->room), distance)), GV_LT(GV_SET(l->radius), distance));
         /* all of it farther behind, or in front, than the radius */
-        w = GV_LOAD(c->cell[GTAOI_CELL_W0] + at);
-        turn =
-            GV_MUL(GV_ADD(GV_ABS(GV_LOAD(c->cell[GTAOI_CELL_GX] + at)), GV_ABS(GV_LOAD(c->cell[GTAOI_CELL_GY] + at))),
-                   GV_SET(half));
-        closed = GM_OR(closed, GV_LT(GV_ADD(GV_ADD(w, turn), up), GV_SET(l->behind)));
-        closed =
-            GM_OR(closed, GV_LT(GV_SET(l->before), GV_ADD(GV_SUB(w, turn), GV_LOAD(c->cell[GTAOI_CELL_DOWN] + at))));
+        closed = GM_OR(closed, GV_LT(GV_LOAD(c->cell[GTAOI_CELL_MOST] + at), GV_SET(l->behind)));
+        closed = GM_OR(closed, GV_LT(GV_SET(l->before), GV_LOAD(c->cell[GTAOI_CELL_LEAST] + at)));
         bits = GTAOI_ALL & ~GM_BITS(closed);
         if (cx_end - cx < GTAOI_W)
             bits &= (1u << (cx_end - cx)) - 1u;
-        if (bits && !l->sectors) {
-            l->blocked = 1;
-            return;
-        }
         if (bits) {
-            float tops[GTAOI_W], nearest[GTAOI_W];
-            GV_STORE(tops, top), GV_STORE(nearest, distance);
+            float nearest[GTAOI_W];
+            GV_STORE(nearest, distance);
             for (; bits; bits &= bits - 1u) {
                 int i = gtaoi_lowest(bits);
                 float left = (float)((cx + i) * GTAOI_CELL) + shift_x, x0 = left - l->x1, x1 = left + last - l->x0;
-                float y0 = y - l->y1, y1 = y + last - l->y0, farthest = l->radius, enough = tops[i] * l->inv_room;
-                if (enough < farthest)
-                    farthest = enough;
+                float y0 = y - l->y1, y1 = y + last - l->y0, farthest = l->radius;
+                double above = gtaoi_cell_top(c, t, l, at + i, left, y), enough = above * (double)l->inv_room;
+                if (above <= (double)l->room * (double)nearest[i])
+                    continue; /* it was rounding */
+                if (--l->candidates < 0)
+                    return;
+                if (enough < (double)farthest)
+                    farthest = (float)(enough * 1.000001);
                 gtaoi_may_rise(t, l->all, x0 - 2.0f, x1 + 2.0f, y0 - 2.0f, y1 + 2.0f, nearest[i], farthest);
             }
         }
@@ -7470,18 +7489,15 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known
     l.low = FLT_MAX;
     for (i = cx; i < cx_end; i++) {
         ptrdiff_t at = row + i;
-        float ax = gx[at] - t->gx, ay = gy[at] - t->gy, along = t->gx * (float)((i - first) * GTAOI_CELL), d;
+        double ax = (double)gx[at] - (double)t->gx, ay = (double)gy[at] - (double)t->gy, d;
         if (!(down[at] < 0.5f * -GTAOI_CELL_NONE))
             continue;
-        ax = gtaoi_abs(ax), ay = gtaoi_abs(ay);
-        d = w0[at] - l.w;
-        size = gtaoi_abs(d) + gtaoi_abs(along) + half * (ax + ay) + gtaoi_abs(down[at]);
-        d = ((d - along) - half * (ax + ay)) + down[at] - 2.9802322e-7f * size;
-        l.low = gtaoi_min(l.low, d);
-        bottom = gtaoi_max(bottom, d - down[at] + up[at]);
-        size = half * (gtaoi_abs(gx[at]) + gtaoi_abs(gy[at]));
-        nearest = gtaoi_max(nearest, w0[at] + size + up[at]);
-        farthest = gtaoi_min(farthest, w0[at] - size + down[at]);
+        ax = (double)half * ((ax < 0.0 ? -ax : ax) + (ay < 0.0 ? -ay : ay));
+        d = (((double)w0[at] - (double)l.w) - (double)t->gx * ((i - first) * GTAOI_CELL)) - ax;
+        l.low = gtaoi_min(l.low, (float)(d + (double)down[at]));
+        bottom = gtaoi_max(bottom, (float)(d + (double)up[at]));
+        nearest = gtaoi_max(nearest, c->cell[GTAOI_CELL_MOST][at]);
+        farthest = gtaoi_min(farthest, c->cell[GTAOI_CELL_LEAST][at]);
     }
     /* The floor of gtaoi_slice, floor = rise_min |b_perp| w0 / |r0|, from below: |b_perp| >= |b| / |r0|. */
     if (!c->orthographic) {
@@ -7533,8 +7549,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known
         return;
     for (i = 0; i < GTAOI_DIRECTIONS; i++)
         t->lo[i] = inf, t->hi[i] = 0.0f;
-    l.all[0] = inf, l.all[1] = 0.0f, l.blocked = 0;
-    l.sectors = c->every_pixel || c->max_steps >= GTAOI_SECTORS_PAY;
+    l.all[0] = inf, l.all[1] = 0.0f;
+    l.candidates = c->every_pixel || c->max_steps >= 16 ? 1 << 30 : GTAOI_CANDIDATES;
     far_x = far_y = (int)l.radius + 1;
     if (wrap) {
         kx1 = (x + 63 + far_x) / w, ky1 = (y + GTAOI_CELL - 1 + far_y) / h;
@@ -7552,23 +7568,17 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known
                 to = (to + GTAOI_CELL - 1) / GTAOI_CELL;
                 if (from >= to)
                     continue;
-                l.blocked |= !l.sectors && !known[i];
                 if (known[i])
                     GTAOI_NAME(gtaoi_look_at)(c, t, &l, from, to, i, (float)(kx * w), (float)(ky * h));
                 else
                     gtaoi_may_rise(t, l.all, (float)(from * GTAOI_CELL + kx * w) - l.x1 - 2.0f,
                                    (float)(to * GTAOI_CELL + kx * w) - l.x0 + 2.0f, top - l.y1 - 2.0f,
                                    top + 2.0f * half - l.y0 + 2.0f, gtaoi_max(gap - 2.0f, 1.0f), l.radius);
-                if (l.blocked)
+                if (l.candidates < 0)
                     return;
             }
         }
     }
-    if (c->d.border == GTAO_BORDER_CLAMP && !l.sectors)
-        l.blocked = l.x0 < l.radius + 2.0f || (float)w - l.x1 < l.radius + 4.0f || l.y0 < l.radius + 2.0f ||
-                    (float)h - l.y1 < l.radius + 4.0f;
-    if (l.blocked)
-        return;
     if (c->d.border == GTAO_BORDER_CLAMP) { /* what lies beyond the image is level, and may rise above a slope */
         float r = l.radius + 2.0f, left = l.x0 + 1.0f, right = (float)w - l.x1, above = l.y0 + 1.0f,
               below = (float)h - l.y1;
