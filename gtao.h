@@ -1414,12 +1414,15 @@ enum {
 };
 #define GTAOI_CELL_NONE (-1e38f)
 #define GTAOI_STEPS_PAY 16  /* samples a side from which it pays to look at everything that may rise */
+#define GTAOI_DEEP 1.25f    /* nearest to farthest height of a tile from which bands of rows are looked at */
+#define GTAOI_BAND 4        /* rows of a band */
 #define GTAOI_CANDIDATES 12 /* cells that may rise, with fewer: more are not worth telling apart */
 
 /* What the receivers of a tile may see. */
 typedef struct gtaoi_tile {
     float gx, gy, slack;               /* it holds for tangent planes with |g - (gx, gy)| <= slack */
     int sky, some_sky;                 /* nothing but sky; some pixels are */
+    int deep;                          /* one plane, whose depth varies much: worth a look by bands of rows */
     int known;                         /* 0: anything may rise anywhere */
     unsigned open;                     /* bit by bit: in these cells nothing rises above ... */
     float plane[3][GTAOI_CELL];        /* ... gx, gy, slack, four times for each cell */
@@ -3014,6 +3017,11 @@ static void gtaoi_tile_normal(const gtao_context *c, gtaoi_tile *t, const gtaoi_
     t->within = (float)(((e - off) / grow - 1.2e-7) * 0.999); /* less the rounding of N and of a normal's transform */
     for (k = 0; k < 3; k++)
         t->normal[k] = (float)to[k];
+}
+
+/* How many cells that may rise are worth telling apart. */
+static int gtaoi_candidates(const gtao_context *c) {
+    return c->every_pixel || c->max_steps >= GTAOI_STEPS_PAY ? 1 << 30 : GTAOI_CANDIDATES;
 }
 
 /* For each row of cells whether all its pixels were prepared by one call of gtao_prepare_rows, the last. */
@@ -7538,21 +7546,22 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look_at)(const gtao_context *c, gtaoi_tile *t, gt
     }
 }
 
-/* Cells [cx, cx_end) of row cy, not all sky: finds a plane close below their pixels, and what may rise above it around.
- * Returns whether nothing does. */
-GTAOI_FN int GTAOI_NAME(gtaoi_look_around)(const gtao_context *c, const uint8_t *known, int cx, int cx_end, int cy,
-                                           int candidates, gtaoi_tile *t) {
+/* Rows [y, y_last] of cells [cx, cx_end), not all sky: finds a plane close below their pixels, and what may rise above
+ * it around. Returns whether nothing does. */
+GTAOI_FN int GTAOI_NAME(gtaoi_look_around)(const gtao_context *c, const uint8_t *known, int cx, int cx_end, int y,
+                                           int y_last, int candidates, gtaoi_tile *t) {
     GTAOI_NO_CONTRACT
     const float half = 0.5f * (float)(GTAOI_CELL - 1), inf = (float)HUGE_VAL;
     const float *w0 = c->cell[GTAOI_CELL_W0], *gx = c->cell[GTAOI_CELL_GX], *gy = c->cell[GTAOI_CELL_GY],
                 *up = c->cell[GTAOI_CELL_UP], *down = c->cell[GTAOI_CELL_DOWN];
-    int x = cx * GTAOI_CELL, x_last = gtaoi_imin(cx_end * GTAOI_CELL, c->d.width) - 1, y = cy * GTAOI_CELL;
+    int x = cx * GTAOI_CELL, x_last = gtaoi_imin(cx_end * GTAOI_CELL, c->d.width) - 1, cy = y / GTAOI_CELL;
     int i, k, n = 0, first = -1, far_y, far_x;
     int w = c->d.width, h = c->d.height, kx, ky, kx1 = 0, ky1 = 0, reach_y, wrap = c->d.border == GTAO_BORDER_WRAP;
     ptrdiff_t row = cy * c->cell_pitch;
     float nearest = -FLT_MAX, farthest = FLT_MAX, bottom = -FLT_MAX, len2 = 1.0f, len2_min = 1.0f, floor_, size, extent;
+    double most, least;
     gtaoi_looking l;
-    t->known = 0;
+    t->known = t->deep = 0;
     t->gx = t->gy = t->slack = 0.0f;
     for (i = cx; i < cx_end; i++)
         if (down[row + i] < 0.5f * -GTAOI_CELL_NONE)
@@ -7560,7 +7569,7 @@ GTAOI_FN int GTAOI_NAME(gtaoi_look_around)(const gtao_context *c, const uint8_t 
     t->gx /= (float)n, t->gy /= (float)n;
     l.w = w0[row + first], l.x = (float)(first * GTAOI_CELL) + half, l.y = (float)(cy * GTAOI_CELL) + half;
     l.x0 = (float)x, l.x1 = (float)x_last;
-    l.y0 = (float)y, l.y1 = (float)gtaoi_imin(y + GTAOI_CELL - 1, h - 1);
+    l.y0 = (float)y, l.y1 = (float)y_last;
     l.low = FLT_MAX;
     for (i = cx; i < cx_end; i++) {
         ptrdiff_t at = row + i;
@@ -7574,6 +7583,14 @@ GTAOI_FN int GTAOI_NAME(gtaoi_look_around)(const gtao_context *c, const uint8_t 
         nearest = gtaoi_max(nearest, c->cell[GTAOI_CELL_MOST][at]);
         farthest = gtaoi_min(farthest, c->cell[GTAOI_CELL_LEAST][at]);
     }
+    /* What the plane says of these rows, when they are not all. */
+    least = (double)l.w + (double)t->gx * (double)((t->gx > 0.0f ? l.x0 : l.x1) - l.x) +
+            (double)t->gy * (double)((t->gy > 0.0f ? l.y0 : l.y1) - l.y);
+    most = (double)l.w + (double)t->gx * (double)((t->gx > 0.0f ? l.x1 : l.x0) - l.x) +
+           (double)t->gy * (double)((t->gy > 0.0f ? l.y1 : l.y0) - l.y);
+    nearest = gtaoi_min(nearest, (float)((most + (double)bottom) * (most > 0.0 ? 1.000001 : 0.999999)));
+    farthest = gtaoi_max(farthest, (float)((least + (double)l.low) * (least > 0.0 ? 0.999999 : 1.000001)));
+    t->deep = !c->orthographic && bottom - l.low < 1e-3f * nearest && nearest > GTAOI_DEEP * farthest;
     /* The floor of gtaoi_slice, floor = rise_min |b_perp| w0 / |r0|, from below: |b_perp| >= |b| / |r0|. */
     if (!c->orthographic) {
         float ax = ((l.x0 + 0.5f) - c->cx) * c->bx1, bx = ((l.x1 + 0.5f) - c->cx) * c->bx1;
@@ -7620,7 +7637,8 @@ GTAOI_FN int GTAOI_NAME(gtaoi_look_around)(const gtao_context *c, const uint8_t 
                                                 : FLT_MAX;
     }
     /* Worth it? A cell costs about as much as three samples of a group. */
-    size = (2.0f * l.radius + (float)(x_last + 1 - x)) * (2.0f * l.radius + 16.0f) / (float)(GTAOI_CELL * GTAOI_CELL);
+    size = (2.0f * l.radius + (float)(x_last + 1 - x)) * (2.0f * l.radius + (float)(y_last + 1 - y)) /
+           (float)(GTAOI_CELL * GTAOI_CELL);
     if (size >
         24.0f * (float)(cx_end - cx) * 2.0f * (float)c->slices * (c->every_pixel ? l.radius : (float)c->max_steps))
         return 0;
@@ -7630,11 +7648,11 @@ GTAOI_FN int GTAOI_NAME(gtaoi_look_around)(const gtao_context *c, const uint8_t 
     l.candidates = candidates;
     far_x = far_y = (int)l.radius + 1;
     if (wrap) {
-        kx1 = (x_last + far_x) / w, ky1 = (y + GTAOI_CELL - 1 + far_y) / h;
+        kx1 = (x_last + far_x) / w, ky1 = (y_last + far_y) / h;
     }
     for (ky = wrap ? -((far_y - y + h - 1) / h) : 0; ky <= ky1; ky++) {
         int begin = gtaoi_imax(y - far_y - ky * h, 0) / GTAOI_CELL;
-        int end = (gtaoi_imin(y + GTAOI_CELL + far_y - ky * h, h) + GTAOI_CELL - 1) / GTAOI_CELL;
+        int end = (gtaoi_imin(y_last + 1 + far_y - ky * h, h) + GTAOI_CELL - 1) / GTAOI_CELL;
         for (k = begin; k < end; k++) { /* what is near may rise first: down from the own row, then up */
             float top, gap;
             i = ky ? k : k - begin < end - cy ? cy + k - begin : cy - 1 - (k - begin - (end - cy));
@@ -7666,9 +7684,9 @@ GTAOI_FN int GTAOI_NAME(gtaoi_look_around)(const gtao_context *c, const uint8_t 
         if (right < r)
             gtaoi_may_rise(t, l.all, right - (l.x1 - l.x0) - 3.0f, r, -r, r, gtaoi_max(right - 2.0f, 1.0f), l.radius);
         if (above < r)
-            gtaoi_may_rise(t, l.all, -r, r, -r, -above + 18.0f, gtaoi_max(above - 2.0f, 1.0f), l.radius);
+            gtaoi_may_rise(t, l.all, -r, r, -r, -above + (l.y1 - l.y0) + 3.0f, gtaoi_max(above - 2.0f, 1.0f), l.radius);
         if (below < r)
-            gtaoi_may_rise(t, l.all, -r, r, below - 18.0f, r, gtaoi_max(below - 2.0f, 1.0f), l.radius);
+            gtaoi_may_rise(t, l.all, -r, r, below - (l.y1 - l.y0) - 3.0f, r, gtaoi_max(below - 2.0f, 1.0f), l.radius);
     }
     t->known = 1;
     t->lo_all = l.all[0], t->hi_all = l.all[1];
@@ -7679,46 +7697,66 @@ GTAOI_FN int GTAOI_NAME(gtaoi_look_around)(const gtao_context *c, const uint8_t 
     return !(t->lo_all <= t->hi_all);
 }
 
+/* Cell i of a tile is open, `of` says why. */
+GTAOI_FN void GTAOI_NAME(gtaoi_open_cell)(const gtao_context *c, gtaoi_tile *t, const gtaoi_tile *of, int i,
+                                          ptrdiff_t at) {
+    int solid = c->cell[GTAOI_CELL_DOWN][at] < 0.5f * -GTAOI_CELL_NONE, k, component, flat;
+    int components = c->normal_plane ? 3 : c->d.normal_components;
+    t->open |= 1u << i;
+    for (k = 4 * i; k < 4 * i + 4; k++) {
+        t->plane[0][k] = solid ? of->gx : 0.0f, t->plane[1][k] = solid ? of->gy : 0.0f;
+        t->plane[2][k] = solid ? of->slack : 0.0f;
+    }
+    flat = solid && of->within > 0.0f && c->cell[GTAOI_CELL_SKY][at] == 0.0f;
+    for (k = component = 0; k < GTAOI_LANES + 4; k++, component = component < components - 1 ? component + 1 : 0) {
+        t->normals[i][k] = flat && component < 3 ? of->normal[component] : 0.0f;
+        t->allowed[i][k] = !flat ? -1.0f : component < 3 ? of->within : FLT_MAX;
+    }
+}
+
 /* A tile of 64x16 pixels from (x, y) on, as one plane or, if that tells little, cell by cell. */
 GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known, unsigned skips, int x, int y,
                                      gtaoi_tile *t) {
-    const int patient = c->every_pixel || c->max_steps >= GTAOI_STEPS_PAY;
-    int cx = x / GTAOI_CELL, cx_end = gtaoi_imin(cx + 4, c->cells_x), cy = y / GTAOI_CELL, begin = cx_end, i, k;
-    int component, components = c->normal_plane ? 3 : c->d.normal_components;
-    const float *down = c->cell[GTAOI_CELL_DOWN] + cy * c->cell_pitch;
-    gtaoi_tile one, *of = t;
-    t->sky = t->some_sky = t->known = 0, t->open = 0;
+    int cx = x / GTAOI_CELL, cx_end = gtaoi_imin(cx + 4, c->cells_x), cy = y / GTAOI_CELL, i;
+    int y_last = gtaoi_imin(y + GTAOI_CELL, c->d.height) - 1;
+    const ptrdiff_t at = cy * c->cell_pitch;
+    gtaoi_tile one;
+    t->sky = t->some_sky = t->known = t->deep = 0, t->open = 0;
     if (!known[cy])
         return;
     t->sky = 1;
-    for (i = cx; i < cx_end; i++)
-        t->sky &= !(down[i] < 0.5f * -GTAOI_CELL_NONE),
-            t->some_sky |= !(c->cell[GTAOI_CELL_SKY][cy * c->cell_pitch + i] == 0.0f);
+    for (i = cx; i < cx_end; i++) {
+        t->sky &= !(c->cell[GTAOI_CELL_DOWN][at + i] < 0.5f * -GTAOI_CELL_NONE);
+        t->some_sky |= c->cell[GTAOI_CELL_SKY][at + i] > 0.0f;
+    }
     if (t->sky || !(skips & (GTAO_SKIP_OPEN | GTAO_SKIP_SECTORS)))
         return;
-    if (GTAOI_NAME(gtaoi_look_around)(c, known, cx, cx_end, cy, patient ? 1 << 30 : GTAOI_CANDIDATES, t))
-        t->open = 15, begin = cx;
-    else if (skips & GTAO_SKIP_OPEN)
-        begin = cx, of = &one;
-    for (i = begin; i < cx_end; i++) {
-        int solid = down[i] < 0.5f * -GTAOI_CELL_NONE;
-        if (of != t && solid && !GTAOI_NAME(gtaoi_look_around)(c, known, i, i + 1, cy, 0, &one))
-            continue;
-        t->open |= 1u << (i - cx);
-        for (k = 4 * (i - cx); k < 4 * (i - cx) + 4; k++) {
-            t->plane[0][k] = solid ? of->gx : 0.0f, t->plane[1][k] = solid ? of->gy : 0.0f;
-            t->plane[2][k] = solid ? of->slack : 0.0f;
-        }
-        solid &= c->cell[GTAOI_CELL_SKY][cy * c->cell_pitch + i] == 0.0f;
-        for (k = component = 0; k < GTAOI_LANES + 4; k++, component++) {
-            if (component == components)
-                component = 0;
-            t->normals[i - cx][k] = solid && component < 3 ? of->normal[component] : 0.0f;
-            t->allowed[i - cx][k] = !solid || !(of->within > 0.0f) ? -1.0f : component < 3 ? of->within : FLT_MAX;
-        }
+    if (GTAOI_NAME(gtaoi_look_around)(c, known, cx, cx_end, y, y_last, gtaoi_candidates(c), t)) {
+        for (i = cx; i < cx_end; i++)
+            GTAOI_NAME(gtaoi_open_cell)(c, t, t, i - cx, at + i);
+    } else if (skips & GTAO_SKIP_OPEN) {
+        for (i = cx; i < cx_end; i++)
+            if (!(c->cell[GTAOI_CELL_DOWN][at + i] < 0.5f * -GTAOI_CELL_NONE) ||
+                GTAOI_NAME(gtaoi_look_around)(c, known, i, i + 1, y, y_last, 0, &one))
+                GTAOI_NAME(gtaoi_open_cell)(c, t, &one, i - cx, at + i);
     }
-    if (cx_end < cx + 4)
-        t->open |= 15u & ~((1u << (cx_end - cx)) - 1u);
+    for (i = cx_end; i < cx + 4; i++)
+        t->open |= 1u << (i - cx);
+}
+
+/* Some rows of a tile that runs far into the distance: what is near enough to matter, and how exactly it can be told,
+ * differs much from its first row to its last. Returns whether they are open. */
+GTAOI_FN int GTAOI_NAME(gtaoi_look_band)(const gtao_context *c, const uint8_t *known, int x, int y, gtaoi_tile *t) {
+    int cx = x / GTAOI_CELL, cx_end = gtaoi_imin(cx + 4, c->cells_x), i;
+    memset(t, 0, sizeof *t);
+    if (!GTAOI_NAME(gtaoi_look_around)(c, known, cx, cx_end, y, gtaoi_imin(y + GTAOI_BAND, c->d.height) - 1,
+                                       gtaoi_candidates(c), t))
+        return t->known;
+    for (i = cx; i < cx_end; i++)
+        GTAOI_NAME(gtaoi_open_cell)(c, t, t, i - cx, y / GTAOI_CELL * c->cell_pitch + i);
+    for (; i < cx + 4; i++)
+        t->open |= 1u << (i - cx);
+    return 1;
 }
 
 /* The cells of a tile that a block, or if the phases of the noise do not interleave them a group of it, from column x
@@ -8243,7 +8281,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_store)(const gtao_context *c, const GTAOI_G
 }
 
 GTAOI_FN void GTAOI_NAME(gtaoi_rows)(const gtao_context *c, int y0, int y1, int x_from, int x_to,
-                                     const gtaoi_tile *tiles, unsigned skips, gtao_stats *stats) {
+                                     const gtaoi_tile *const *tiles, unsigned skips, gtao_stats *stats) {
     enum { BLOCK = 4 * GTAOI_W };
     const gtao_desc *d = &c->d;
     int x0, y, i, g, k, period = c->period, components = d->normal_components;
@@ -8263,7 +8301,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_rows)(const gtao_context *c, int y0, int y1, int 
                 stats->unchanged += (uint64_t)count;
                 continue;
             }
-            block.tile = &tiles[(x0 - x_from) >> 6], block.skips = skips;
+            block.tile = tiles[(x0 - x_from) >> 6], block.skips = skips;
             if ((skips & GTAO_SKIP_SKY) && !c->bent &&
                 (block.tile->sky || (block.tile->some_sky && GTAOI_NAME(gtaoi_block_sky)(c, row, x0)))) {
                 GTAOI_NAME(gtaoi_store_ones)(c, x0, y, count);
@@ -8321,10 +8359,11 @@ GTAOI_FN void GTAOI_NAME(gtaoi_rows)(const gtao_context *c, int y0, int y1, int 
 
 /* Strips of rows, in stretches of tiles: first what can rise in them, then row by row. */
 GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1, gtao_stats *stats) {
-    gtaoi_tile tiles[GTAOI_SPAN];
+    gtaoi_tile tiles[GTAOI_SPAN], bands[GTAOI_SPAN];
+    const gtaoi_tile *seen[GTAOI_SPAN];
     uint8_t known[32768 / GTAOI_CELL];
     unsigned skips = c->skips;
-    int x, y, i, end, right;
+    int x, y, i, n, end, right, row, row_end;
     memset(tiles, 0, sizeof tiles);
     if (c->pass) /* far horizons join: only samples can be left out */
         skips &= c->pass->tilt_x ? 0u : (unsigned)GTAO_SKIP_SECTORS;
@@ -8336,10 +8375,23 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
         if (end - y < GTAOI_CELL / 4 && end < c->d.height) /* a few rows do not pay for it */
             worth_it = 0, memset(tiles, 0, sizeof tiles);
         for (x = c->x_begin & ~63; x < c->x_end; x = right) {
+            int deep = 0;
             right = gtaoi_imin(x + 64 * GTAOI_SPAN, c->x_end);
-            for (i = 0; worth_it && x + 64 * i < right; i++)
-                GTAOI_NAME(gtaoi_look)(c, known, skips, x + 64 * i, y - y % GTAOI_CELL, &tiles[i]);
-            GTAOI_NAME(gtaoi_rows)(c, y, end, x, right, tiles, skips, stats);
+            n = (right - x + 63) / 64;
+            for (i = 0; i < n; i++) {
+                if (worth_it)
+                    GTAOI_NAME(gtaoi_look)(c, known, skips, x + 64 * i, y - y % GTAOI_CELL, &tiles[i]);
+                seen[i] = &tiles[i], deep |= tiles[i].deep && tiles[i].open != 15;
+            }
+            for (row = y; row < end; row = row_end) {
+                row_end = deep ? gtaoi_imin((row / GTAOI_BAND + 1) * GTAOI_BAND, end) : end;
+                for (i = 0; deep && i < n; i++)
+                    if (tiles[i].deep && tiles[i].open != 15)
+                        seen[i] = GTAOI_NAME(gtaoi_look_band)(c, known, x + 64 * i, row - row % GTAOI_BAND, &bands[i])
+                                      ? &bands[i]
+                                      : &tiles[i];
+                GTAOI_NAME(gtaoi_rows)(c, row, row_end, x, right, seen, skips, stats);
+            }
         }
     }
 }
