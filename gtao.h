@@ -291,7 +291,8 @@ typedef enum gtao_skip {
     GTAO_SKIP_OPEN = 2,    /* pixels above whose tangent plane nothing rises within the radius: visibility 1 */
     GTAO_SKIP_SECTORS = 4, /* samples in directions and at distances in which nothing can rise above it */
     GTAO_SKIP_REST = 8,    /* gtao_frame: tiles in which nothing changes, as gtao_frame_desc.no_skip */
-    GTAO_SKIP_ALL = 15
+    GTAO_SKIP_RADIUS = 16, /* blocks in which the radius projects to less than a pixel */
+    GTAO_SKIP_ALL = 31
 } gtao_skip;
 
 enum { GTAO_STRIP = 16 }; /* rows that such ranges are multiples of */
@@ -432,6 +433,7 @@ typedef struct gtao_stats {
     uint64_t derived_normals; /* pixels whose normal came from depth */
     uint64_t samples;         /* horizon samples, all pixels */
     uint64_t sky_skipped;     /* pixels of `sky` in blocks that were not looked at */
+    uint64_t radius_skipped;  /* pixels of `small_radius` in such blocks */
     uint64_t open;            /* pixels that are known to be open */
     uint64_t samples_skipped; /* of the other pixels: samples that cannot rise, not taken */
     uint64_t refined;         /* error_target: pixels of tiles that got more slices than one */
@@ -1421,7 +1423,8 @@ enum {
 /* What the receivers of a tile may see. */
 typedef struct gtaoi_tile {
     float gx, gy, slack;               /* it holds for tangent planes with |g - (gx, gy)| <= slack */
-    int sky, some_sky;                 /* nothing but sky; some pixels are */
+    float blank;                       /* a block of no greater heights has no horizons ... */
+    int sky, maybe;                    /* ... because it is all sky; because some blocks may be so */
     int deep;                          /* one plane, whose depth varies much: worth a look by bands of rows */
     int known;                         /* 0: anything may rise anywhere */
     unsigned open;                     /* bit by bit: in these cells nothing rises above ... */
@@ -2305,9 +2308,9 @@ static void gtaoi_begin_cells(gtao_context *c, float *cells, uint32_t *prepared)
      * an open slice that has 1 or more. With uniform weighting sin^3 theta dx: at most e a side, 2 e of 2. */
     c->rise_min = c->d.weighting == GTAO_WEIGHTING_UNIFORM ? c->d.tolerance : sqrtf(c->d.tolerance);
     c->rise_min = gtaoi_max(0.999f * c->rise_min, GTAOI_RISE_MIN);
-    c->skips = (GTAO_SKIP_SKY | GTAO_SKIP_OPEN | GTAO_SKIP_SECTORS) & ~c->d.no_skip;
+    c->skips = (GTAO_SKIP_SKY | GTAO_SKIP_RADIUS | GTAO_SKIP_OPEN | GTAO_SKIP_SECTORS) & ~c->d.no_skip;
     if (c->cosines || c->d.far_depth) /* every sample counts, rounding and all; blocks rise above their pixels */
-        c->skips &= (unsigned)GTAO_SKIP_SKY;
+        c->skips &= (unsigned)(GTAO_SKIP_SKY | GTAO_SKIP_RADIUS);
     if (gtaoi_has_planes(&c->o)) /* what lies between is wanted of all pixels */
         c->skips = 0;
     if (c->signal) /* open pixels too have a weight */
@@ -3017,6 +3020,22 @@ static void gtaoi_tile_normal(const gtao_context *c, gtaoi_tile *t, const gtaoi_
     t->within = (float)(((e - off) / grow - 1.2e-7) * 0.999); /* less the rounding of N and of a normal's transform */
     for (k = 0; k < 3; k++)
         t->normal[k] = (float)to[k];
+}
+
+/* Up to this height the radius of pixels in a box projects to less than a pixel (gtaoi_setup). */
+static float gtaoi_small_height(const gtao_context *c, float x0, float x1, float y0, float y1) {
+    GTAOI_NO_CONTRACT
+    float ax, ay, limit;
+    if (!c->bounded)
+        return GTAOI_SKY_LIMIT;
+    if (c->orthographic)
+        return c->reach < c->extent_min ? FLT_MAX : GTAOI_SKY_LIMIT;
+    ax = gtaoi_max(gtaoi_abs(x0 + 0.5f - c->cx), gtaoi_abs(x1 + 0.5f - c->cx)) * c->bx1;
+    ay = gtaoi_max(gtaoi_abs(y0 + 0.5f - c->cy), gtaoi_abs(y1 + 0.5f - c->cy)) * c->by1;
+    limit = 0.9999f * c->extent_min / (c->reach * sqrtf(1.0f + ax * ax + ay * ay));
+    if (c->every_pixel) /* the sphere's silhouette: at a small angle a off by less than a |r0|^2 */
+        limit *= c->extent_min < 0.01f ? 0.97f : 0.0f;
+    return limit > 0.0f && limit < FLT_MAX ? limit : GTAOI_SKY_LIMIT;
 }
 
 /* How many cells that may rise are worth telling apart. */
@@ -6309,7 +6328,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PI
         steps = GV_MAX(GTAOI_NAME(gtaoi_floor)(GV_MUL(radius, unit)), one);
     steps = GV_IF(active, GV_MIN(steps, limit));
     GV_STORE(position, steps);
-    if (seen && seen->open) {
+    if (seen && !(seen->lo_all <= seen->hi_all)) {
         for (i = 0; i < GTAOI_W; i++)
             stats->samples_skipped += (uint64_t)(2 * (int)position[i] * c->layer_count);
         return;
@@ -7558,7 +7577,8 @@ GTAOI_FN int GTAOI_NAME(gtaoi_look_around)(const gtao_context *c, const uint8_t 
     int i, k, n = 0, first = -1, far_y, far_x;
     int w = c->d.width, h = c->d.height, kx, ky, kx1 = 0, ky1 = 0, reach_y, wrap = c->d.border == GTAO_BORDER_WRAP;
     ptrdiff_t row = cy * c->cell_pitch;
-    float nearest = -FLT_MAX, farthest = FLT_MAX, bottom = -FLT_MAX, len2 = 1.0f, len2_min = 1.0f, floor_, size, extent;
+    float nearest = -FLT_MAX, farthest = FLT_MAX, bottom = -FLT_MAX, high = -FLT_MAX, len2 = 1.0f, len2_min = 1.0f,
+          floor_, size, extent;
     double most, least;
     gtaoi_looking l;
     t->known = t->deep = 0;
@@ -7580,6 +7600,7 @@ GTAOI_FN int GTAOI_NAME(gtaoi_look_around)(const gtao_context *c, const uint8_t 
         d = (((double)w0[at] - (double)l.w) - (double)t->gx * ((i - first) * GTAOI_CELL)) - ax;
         l.low = gtaoi_min(l.low, (float)(d + (double)down[at]));
         bottom = gtaoi_max(bottom, (float)(d + (double)up[at]));
+        high = gtaoi_max(high, (float)(d + 2.0 * ax + (double)up[at]));
         nearest = gtaoi_max(nearest, c->cell[GTAOI_CELL_MOST][at]);
         farthest = gtaoi_min(farthest, c->cell[GTAOI_CELL_LEAST][at]);
     }
@@ -7588,7 +7609,7 @@ GTAOI_FN int GTAOI_NAME(gtaoi_look_around)(const gtao_context *c, const uint8_t 
             (double)t->gy * (double)((t->gy > 0.0f ? l.y0 : l.y1) - l.y);
     most = (double)l.w + (double)t->gx * (double)((t->gx > 0.0f ? l.x1 : l.x0) - l.x) +
            (double)t->gy * (double)((t->gy > 0.0f ? l.y1 : l.y0) - l.y);
-    nearest = gtaoi_min(nearest, (float)((most + (double)bottom) * (most > 0.0 ? 1.000001 : 0.999999)));
+    nearest = gtaoi_min(nearest, (float)((most + (double)high) * (most > 0.0 ? 1.000001 : 0.999999)));
     farthest = gtaoi_max(farthest, (float)((least + (double)l.low) * (least > 0.0 ? 0.999999 : 1.000001)));
     t->deep = !c->orthographic && bottom - l.low < 1e-3f * nearest && nearest > GTAOI_DEEP * farthest;
     /* The floor of gtaoi_slice, floor = rise_min |b_perp| w0 / |r0|, from below: |b_perp| >= |b| / |r0|. */
@@ -7627,14 +7648,18 @@ GTAOI_FN int GTAOI_NAME(gtaoi_look_around)(const gtao_context *c, const uint8_t 
         l.radius = c->max_radius + 2.0f;
     if (c->pass)
         l.radius = gtaoi_min(l.radius, (float)GTAO_SWEEP_NEAR * 1.5f + 2.0f);
+    /* The search takes a sample q of a slice of direction d for one at |q| d with a rise as great: of height
+     * w' = w - g.(q - |q| d), which is off by less than 0.8 |g| because q is rounded to whole pixels. With
+     * distance^2 = (|q| |b_perp| / w)^2 (1 + kappa^2) it is within the radius R only if |1 / w' - 1 / w0| w' / w <= R:
+     *   (w0 - 0.8 |g|) / (1 + R w0) <= w <= (w0 + 0.8 |g|) / (1 - R w0),   orthographic |w' - w0| <= R. */
     l.behind = -FLT_MAX, l.before = FLT_MAX;
     if (c->bounded && size < 500.0f * gtaoi_min(c->bx1, c->by1) * (c->orthographic ? 1.0f : farthest)) {
-        float reach = 1.01f * c->reach;
-        l.behind = c->orthographic ? farthest - reach : 1.0f / (1.0f / farthest + reach);
+        float reach = 1.01f * c->reach, off = 0.8f * (size + t->slack);
+        l.behind = c->orthographic ? (farthest - reach) - off : (farthest - off) / (1.0f + reach * farthest);
         if (!(c->arcs && (c->clip || c->layer_count > 1)))
-            l.before = c->orthographic          ? nearest + reach
-                       : 1.0f / nearest > reach ? 1.0f / (1.0f / nearest - reach)
-                                                : FLT_MAX;
+            l.before = c->orthographic           ? (nearest + reach) + off
+                       : reach * nearest < 0.99f ? (nearest + off) / (1.0f - reach * nearest)
+                                                 : FLT_MAX;
     }
     /* Worth it? A cell costs about as much as three samples of a group. */
     size = (2.0f * l.radius + (float)(x_last + 1 - x)) * (2.0f * l.radius + (float)(y_last + 1 - y)) /
@@ -7719,15 +7744,25 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known
                                      gtaoi_tile *t) {
     int cx = x / GTAOI_CELL, cx_end = gtaoi_imin(cx + 4, c->cells_x), cy = y / GTAOI_CELL, i;
     int y_last = gtaoi_imin(y + GTAOI_CELL, c->d.height) - 1;
+    int some_sky = 0;
+    float least = FLT_MAX;
     const ptrdiff_t at = cy * c->cell_pitch;
     gtaoi_tile one;
-    t->sky = t->some_sky = t->known = t->deep = 0, t->open = 0;
+    t->sky = t->maybe = t->known = t->deep = 0, t->open = 0;
+    t->blank = -FLT_MAX;
     if (!known[cy])
         return;
     t->sky = 1;
     for (i = cx; i < cx_end; i++) {
         t->sky &= !(c->cell[GTAOI_CELL_DOWN][at + i] < 0.5f * -GTAOI_CELL_NONE);
-        t->some_sky |= c->cell[GTAOI_CELL_SKY][at + i] > 0.0f;
+        some_sky |= c->cell[GTAOI_CELL_SKY][at + i] > 0.0f;
+        least = gtaoi_min(least, c->cell[GTAOI_CELL_LEAST][at + i]);
+    }
+    if (skips & GTAO_SKIP_SKY)
+        t->blank = GTAOI_SKY_LIMIT, t->maybe = some_sky;
+    if ((skips & GTAO_SKIP_RADIUS) && !c->d.mask && !t->sky) {
+        t->blank = gtaoi_max(t->blank, gtaoi_small_height(c, (float)x, (float)(x + 63), (float)y, (float)y_last));
+        t->maybe |= least <= t->blank;
     }
     if (t->sky || !(skips & (GTAO_SKIP_OPEN | GTAO_SKIP_SECTORS)))
         return;
@@ -8223,13 +8258,25 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_flat)(const gtao_context *c, const gtaoi_til
     return GM_BITS(flat) == GTAOI_ALL;
 }
 
-/* Whether a block is nothing but sky; what lies past the end of a row is. */
-GTAOI_FN int GTAOI_NAME(gtaoi_block_sky)(const gtao_context *c, const float *row, int x) {
-    GV highest = GV_LOAD(row + x / c->period);
-    int g;
-    for (g = 1; g < 4; g++)
-        highest = GV_MAX(highest, GV_LOAD(row + (c->period == 4 ? g * c->segment + x / 4 : x + g * GTAOI_W)));
-    return !GM_ANY(GV_LT(GV_SET(GTAOI_SKY_LIMIT), highest));
+/* Whether no height of a block is above a limit; what lies past the end of a row does not matter. Such pixels are sky
+ * or their radius is less than a pixel. */
+GTAOI_FN int GTAOI_NAME(gtaoi_block_blank)(const gtao_context *c, float limit, const float *row, int x, int count,
+                                           gtao_stats *stats) {
+    const GV sky = GV_SET(GTAOI_SKY_LIMIT);
+    int g, i, n = 0, step = c->period == 4 ? 1 : GTAOI_W;
+    GM above = GV_LT(sky, sky), solid[4];
+    for (g = 0; g < 4; g++) {
+        GV w = GV_LOAD(row + (c->period == 4 ? g * c->segment + x / 4 : x + g * GTAOI_W));
+        above = GM_OR(above, GV_LT(GV_SET(limit), w)), solid[g] = GV_LT(sky, w);
+    }
+    if (GM_ANY(above))
+        return 0;
+    for (g = 0; limit > GTAOI_SKY_LIMIT && g < 4; g++)
+        for (i = 0; i < GTAOI_W; i++)
+            n += (GM_BITS(solid[g]) >> i & 1u) && g * step + i * c->period < count;
+    stats->pixels += (uint64_t)count, stats->small_radius += (uint64_t)n, stats->radius_skipped += (uint64_t)n;
+    stats->sky += (uint64_t)(count - n), stats->sky_skipped += (uint64_t)(count - n);
+    return 1;
 }
 
 /* Visibility 1, for pixels without horizons. */
@@ -8302,10 +8349,14 @@ GTAOI_FN void GTAOI_NAME(gtaoi_rows)(const gtao_context *c, int y0, int y1, int 
                 continue;
             }
             block.tile = tiles[(x0 - x_from) >> 6], block.skips = skips;
-            if ((skips & GTAO_SKIP_SKY) && !c->bent &&
-                (block.tile->sky || (block.tile->some_sky && GTAOI_NAME(gtaoi_block_sky)(c, row, x0)))) {
+            if (!c->bent && block.tile->sky && (skips & GTAO_SKIP_SKY)) {
                 GTAOI_NAME(gtaoi_store_ones)(c, x0, y, count);
                 stats->pixels += (uint64_t)count, stats->sky += (uint64_t)count, stats->sky_skipped += (uint64_t)count;
+                continue;
+            }
+            if (!c->bent && block.tile->maybe &&
+                GTAOI_NAME(gtaoi_block_blank)(c, block.tile->blank, row, x0, count, stats)) {
+                GTAOI_NAME(gtaoi_store_ones)(c, x0, y, count);
                 continue;
             }
             open = (block.tile->open & GTAOI_NAME(gtaoi_cells_of)(x0, BLOCK)) == GTAOI_NAME(gtaoi_cells_of)(x0, BLOCK);
