@@ -291,7 +291,8 @@ typedef enum gtao_skip {
     GTAO_SKIP_OPEN = 2,    /* pixels above whose tangent plane nothing rises within the radius: visibility 1 */
     GTAO_SKIP_SECTORS = 4, /* samples in directions and at distances in which nothing can rise above it */
     GTAO_SKIP_REST = 8,    /* gtao_frame: tiles in which nothing changes, as gtao_frame_desc.no_skip */
-    GTAO_SKIP_ALL = 15
+    GTAO_SKIP_RADIUS = 16, /* blocks in which the radius projects to less than a pixel */
+    GTAO_SKIP_ALL = 31
 } gtao_skip;
 
 enum { GTAO_STRIP = 16 }; /* rows that such ranges are multiples of */
@@ -432,6 +433,7 @@ typedef struct gtao_stats {
     uint64_t derived_normals; /* pixels whose normal came from depth */
     uint64_t samples;         /* horizon samples, all pixels */
     uint64_t sky_skipped;     /* pixels of `sky` in blocks that were not looked at */
+    uint64_t radius_skipped;  /* pixels of `small_radius` in such blocks */
     uint64_t open;            /* pixels that are known to be open */
     uint64_t samples_skipped; /* of the other pixels: samples that cannot rise, not taken */
     uint64_t refined;         /* error_target: pixels of tiles that got more slices than one */
@@ -1405,19 +1407,31 @@ enum {
     GTAOI_CELL_GY,
     GTAOI_CELL_UP,   /* GTAOI_CELL_NONE: nothing but sky */
     GTAOI_CELL_DOWN, /* minus that: sky in the first layer */
+    GTAOI_CELL_MOST, /* heights lie between these, too */
+    GTAOI_CELL_LEAST,
+    GTAOI_CELL_SKY, /* whether some of its pixels are sky */
     GTAOI_CELL_PLANES,
     GTAOI_DIRECTIONS = 16, /* sectors of directions on the screen */
-    GTAOI_SPAN = 32        /* tiles of 64x16 pixels that are looked at together */
+    GTAOI_SPAN = 16        /* tiles of 64x16 pixels that are looked at together */
 };
 #define GTAOI_CELL_NONE (-1e38f)
-#define GTAOI_SECTORS_PAY 16 /* samples a side from which it pays to tell directions apart */
+#define GTAOI_STEPS_PAY 16  /* samples a side from which it pays to look at everything that may rise */
+#define GTAOI_DEEP 1.25f    /* nearest to farthest height of a tile from which bands of rows are looked at */
+#define GTAOI_BAND 4        /* rows of a band */
+#define GTAOI_CANDIDATES 12 /* cells that may rise, with fewer: more are not worth telling apart */
 
 /* What the receivers of a tile may see. */
 typedef struct gtaoi_tile {
-    float gx, gy, slack;                              /* it holds for tangent planes with |g - (gx, gy)| <= slack */
-    int sky;                                          /* nothing but sky */
-    int known;                                        /* 0: anything may rise anywhere */
-    int open;                                         /* nothing rises */
+    float gx, gy, slack;               /* it holds for tangent planes with |g - (gx, gy)| <= slack */
+    float blank;                       /* a block of no greater heights has no horizons ... */
+    int sky, maybe;                    /* ... because it is all sky; because some blocks may be so */
+    int deep;                          /* one plane, whose depth varies much: worth a look by bands of rows */
+    int known;                         /* 0: anything may rise anywhere */
+    unsigned open;                     /* bit by bit: in these cells nothing rises above ... */
+    float plane[3][GTAOI_CELL];        /* ... gx, gy, slack, four times for each cell */
+    float normal[3], within;           /* a normal of the caller's that close to this one is the plane's */
+    float normals[4][GTAOI_LANES + 4]; /* the same of each cell, over and over as in the caller's rows, */
+    float allowed[4][GTAOI_LANES + 4]; /* -1: none is */
     float lo[GTAOI_DIRECTIONS], hi[GTAOI_DIRECTIONS]; /* where something may rise, in pixels; none: lo > hi */
     float lo_all, hi_all;                             /* the same of all directions */
 } gtaoi_tile;
@@ -1447,6 +1461,7 @@ typedef struct gtaoi_slice {
     float bb;     /* |b|^2 */
     int x_major;  /* |dx| >= |dy| */
     int sector;   /* gtaoi_direction of the + side; the - side's is eight on */
+    float first;  /* no sample is nearer, pixels */
 } gtaoi_slice;
 
 struct gtao_context {
@@ -2045,6 +2060,7 @@ static void gtaoi_fill_tables(gtao_context *c, int max_radius, const unsigned ch
                 s->bb = (float)(bx * bx + by * by);
                 s->x_major = (dx < 0.0 ? -dx : dx) >= (dy < 0.0 ? -dy : dy);
                 s->sector = gtaoi_direction(s->dx, s->dy);
+                s->first = 0.0f;
                 if (c->per_pixel_noise)
                     continue;
                 if (c->every_pixel)
@@ -2096,31 +2112,38 @@ static unsigned gtaoi_xgetbv(void) {
 }
 #endif
 
-GTAO_API int gtao_isa_available(gtao_isa isa) {
+/* A bit for each that is compiled in and supported here. */
+static unsigned gtaoi_find_isas(void) {
+    unsigned found = 1u << GTAO_ISA_AUTO | 1u << GTAO_ISA_SCALAR | (unsigned)GTAOI_NEON << GTAO_ISA_NEON;
 #if GTAOI_X86
     unsigned r[4], leaves, saved = 0;
-#endif
-    if (isa == GTAO_ISA_AUTO || isa == GTAO_ISA_SCALAR)
-        return 1;
-    if (isa == GTAO_ISA_NEON)
-        return GTAOI_NEON;
-#if GTAOI_X86
     gtaoi_cpuid(0, r);
     leaves = r[0];
     gtaoi_cpuid(1, r);
-    if (isa == GTAO_ISA_SSE2)
-        return (int)(r[3] >> 26 & 1);
+    found |= (r[3] >> 26 & 1) << GTAO_ISA_SSE2;
     if (r[2] >> 27 & 1)
         saved = gtaoi_xgetbv();
     if (leaves < 7 || (saved & 6) != 6)
-        return 0;
+        return found;
     gtaoi_cpuid(7, r);
-    if (isa == GTAO_ISA_AVX2)
-        return (int)(r[1] >> 5 & 1);
-    if (isa == GTAO_ISA_AVX512)
-        return (saved & 0xe6) == 0xe6 && (r[1] >> 16 & 1) && (r[1] >> 17 & 1);
+    found |= (r[1] >> 5 & 1) << GTAO_ISA_AVX2;
+    if ((saved & 0xe6) == 0xe6)
+        found |= (r[1] >> 16 & r[1] >> 17 & 1) << GTAO_ISA_AVX512;
 #endif
-    return 0;
+    return found;
+}
+
+/* Asked for once: on virtual machines every cpuid takes microseconds. */
+GTAO_API int gtao_isa_available(gtao_isa isa) {
+#if defined(__GNUC__)
+    static unsigned found;
+    unsigned all = __atomic_load_n(&found, __ATOMIC_RELAXED);
+    if (!all)
+        __atomic_store_n(&found, all = gtaoi_find_isas(), __ATOMIC_RELAXED);
+#else
+    unsigned all = gtaoi_find_isas();
+#endif
+    return (unsigned)isa <= GTAO_ISA_NEON && (all >> isa & 1u);
 }
 
 GTAO_API const char *gtao_isa_name(gtao_isa isa) {
@@ -2313,9 +2336,9 @@ static void gtaoi_begin_cells(gtao_context *c, float *cells, uint32_t *prepared)
      * an open slice that has 1 or more. With uniform weighting sin^3 theta dx: at most e a side, 2 e of 2. */
     c->rise_min = c->d.weighting == GTAO_WEIGHTING_UNIFORM ? c->d.tolerance : sqrtf(c->d.tolerance);
     c->rise_min = gtaoi_max(0.999f * c->rise_min, GTAOI_RISE_MIN);
-    c->skips = (GTAO_SKIP_SKY | GTAO_SKIP_OPEN | GTAO_SKIP_SECTORS) & ~c->d.no_skip;
+    c->skips = (GTAO_SKIP_SKY | GTAO_SKIP_RADIUS | GTAO_SKIP_OPEN | GTAO_SKIP_SECTORS) & ~c->d.no_skip;
     if (c->cosines || c->d.far_depth) /* every sample counts, rounding and all; blocks rise above their pixels */
-        c->skips &= (unsigned)GTAO_SKIP_SKY;
+        c->skips &= (unsigned)(GTAO_SKIP_SKY | GTAO_SKIP_RADIUS);
     if (gtaoi_has_planes(&c->o)) /* what lies between is wanted of all pixels */
         c->skips = 0;
     if (c->signal) /* open pixels too have a weight */
@@ -2614,16 +2637,6 @@ static void gtaoi_store(const gtao_context *c, int x, int y, int n, const float 
     }
 }
 
-/* The same for a block of nothing but sky, without bent normals. */
-static void gtaoi_store_sky(const gtao_context *c, int x, int y, int n, gtao_stats *stats) {
-    float ones[4 * GTAOI_LANES], s[4][4 * GTAOI_LANES];
-    int i, skip = gtaoi_imax(c->x_begin - x, 0);
-    for (i = 0; i < n; i++)
-        ones[i] = s[0][i] = 1.0f;
-    stats->pixels += (uint64_t)n, stats->sky += (uint64_t)n, stats->sky_skipped += (uint64_t)n;
-    gtaoi_store(c, x + skip, y, gtaoi_imin(n, c->x_end - x) - skip, ones, 0, s);
-}
-
 /* A group's `n` values of plane k of the intermediates at `base`, the first of pixel (x, y). */
 static void gtaoi_store_lanes(const gtao_context *c, void *base, int k, const void *values, int n, int x, int y) {
     char *row = (char *)base + (ptrdiff_t)k * c->o.horizon_plane + (ptrdiff_t)y * c->o.horizon_stride;
@@ -2796,8 +2809,10 @@ static void gtaoi_remap(const gtao_context *c, const gtaoi_sample *s, int n, int
  * times 1 / |q|, the pixel's too, and sums: half an ulp of a height each, three in all; but at |q| = 1 the products are
  * exact, and from there on it is |q| >= sqrt(2), where what a rise must exceed is as much more. Between two taps half an
  * ulp more, and no such gap. A half falls to the samples' upper plane, the other to the pixels' lower one. */
-static void gtaoi_keep_cell(const gtao_context *c, ptrdiff_t at, float w0, float gx, float gy, float up, float down) {
+static void gtaoi_keep_cell(const gtao_context *c, ptrdiff_t at, float w0, float gx, float gy, float up, float down,
+                            float most, float least) {
     GTAOI_NO_CONTRACT
+    int some_sky = !(least > GTAOI_SKY_LIMIT);
     if (up > GTAOI_CELL_NONE) {
         float ulps = c->every_pixel ? 1.1920929e-7f : 7.1525574e-8f; /* 2 and 1.2 times 2^-24 */
         float size = 0.5f * (float)GTAOI_CELL * (gtaoi_abs(gx) + gtaoi_abs(gy)), centre = w0, shift, room;
@@ -2809,10 +2824,14 @@ static void gtaoi_keep_cell(const gtao_context *c, ptrdiff_t at, float w0, float
         size += gtaoi_abs(shift) + gtaoi_abs(up) + (solid ? gtaoi_abs(down) : 0.0f);
         room = ulps * (gtaoi_abs(w0) + size) + 2.3841858e-7f * size;
         up += room, down -= room;
+        most = gtaoi_min(most, w0 + size + up), least = gtaoi_max(least, (w0 - size) + down);
     }
     c->cell[GTAOI_CELL_W0][at] = w0, c->cell[GTAOI_CELL_GX][at] = gx, c->cell[GTAOI_CELL_GY][at] = gy;
     c->cell[GTAOI_CELL_UP][at] = up;
     c->cell[GTAOI_CELL_DOWN][at] = down;
+    c->cell[GTAOI_CELL_MOST][at] = most;
+    c->cell[GTAOI_CELL_LEAST][at] = least;
+    c->cell[GTAOI_CELL_SKY][at] = some_sky ? 1.0f : 0.0f;
 }
 
 /* A plane for cell k of a stretch, through four of its pixels, for its lanes; level if one of them is sky. Any plane is
@@ -2878,7 +2897,7 @@ static void gtaoi_cell_rest(const gtao_context *c, int cx, int cy) {
                 gx = nx ? gx / (float)nx : 0.0f, gy = ny ? gy / (float)ny : 0.0f;
         }
     }
-    gtaoi_keep_cell(c, at, w0, gx, gy, up, down);
+    gtaoi_keep_cell(c, at, w0, gx, gy, up, down, FLT_MAX, -FLT_MAX);
 }
 
 /* Something may rise at distances lo .. hi in the directions from (0, 0) to the box. `all`: bounds that hold for every
@@ -2939,6 +2958,19 @@ static void gtaoi_range(const gtao_context *c, const gtaoi_tile *t, int index, c
     }
 }
 
+/* Whether no sample of a phase of the noise, whose slices start at `index`, lies where something may rise. */
+static int gtaoi_directions_open(const gtao_context *c, const gtaoi_tile *t, int index) {
+    GTAOI_NO_CONTRACT
+    int k, open = 1;
+    for (k = index; k < index + c->slices; k++) {
+        int plus = c->slice[k].sector, minus = (plus + GTAOI_DIRECTIONS / 2) & (GTAOI_DIRECTIONS - 1);
+        float first = c->slice[k].first;
+        open &= !(t->lo[plus] <= t->hi[plus] && !(t->hi[plus] * 1.00001f < first));
+        open &= !(t->lo[minus] <= t->hi[minus] && !(t->hi[minus] * 1.00001f < first));
+    }
+    return open;
+}
+
 /* Samples begin .. n - 1 on both sides of `times` pixels, of which a range is taken. */
 static void gtaoi_count_samples(const int range[3], int begin, int n, int times, gtao_stats *stats) {
     int from = gtaoi_imax(range[0], begin), taken;
@@ -2958,9 +2990,101 @@ typedef struct gtaoi_looking {
     float radius;         /* pixels */
     float behind, before; /* heights beyond which the radius does not reach */
     float all[2];         /* where something may rise in every direction */
-    int sectors;          /* whether it pays to tell directions apart; if not, the first that may rise ends it */
-    int blocked;          /* it has */
+    int candidates;       /* how many more cells may rise; below 0 it is not worth it: anything may */
 } gtaoi_looking;
+
+/* `top` of a cell, exact but for 2^-52. */
+static double gtaoi_cell_top(const gtao_context *c, const gtaoi_tile *t, const gtaoi_looking *l, ptrdiff_t at, float x,
+                             float y) {
+    GTAOI_NO_CONTRACT
+    const double half = 0.5 * (GTAOI_CELL - 1);
+    double gx = (double)t->gx, gy = (double)t->gy, ax = (double)c->cell[GTAOI_CELL_GX][at] - gx;
+    double ay = (double)c->cell[GTAOI_CELL_GY][at] - gy, up = (double)c->cell[GTAOI_CELL_UP][at];
+    double turn = half * ((ax < 0.0 ? -ax : ax) + (ay < 0.0 ? -ay : ay));
+    double along = gx * ((double)x + half - (double)l->x) + gy * ((double)y + half - (double)l->y);
+    return ((double)c->cell[GTAOI_CELL_W0][at] - (double)l->w) - along + (turn + (up - (double)l->low));
+}
+
+/* The caller's normal of the pixels on a tile's plane, the same for all: N ~ (Gx fx, Gy fy, w - Gx fx rx - Gy fy ry), and
+ * how far a normal may be from it so that |g - G| <= slack. With n = N + d, |d| <= e, and g = w0 (nx / fx, ny / fy) / n.r0
+ *   |gx(n) - gx(N)| <= e (w0 / |N.r0|) (1 + |Nx| S / |N.r0|) / fx / (1 - e S / |N.r0|),   S = 1 + |rx| + |ry|
+ * and w0 / |N.r0| is |(Gx fx, Gy fy, ...)| =: len but for `rough`, what the pixels' heights differ from the plane's. */
+static void gtaoi_tile_normal(const gtao_context *c, gtaoi_tile *t, const gtaoi_looking *l, float rough, float least,
+                              float len2) {
+    GTAOI_NO_CONTRACT
+    const float *m = c->to_view;
+    double n[3], to[3], len, facing, slack, e, side, off = 0.0, grow = 1.0, w = c->orthographic ? 1.0 : (double)least;
+    double bx = (double)c->bx1, by = (double)c->by1, gx = (double)t->gx, gy = (double)t->gy;
+    double steep = (gx < 0.0 ? -gx : gx) + (gy < 0.0 ? -gy : gy), margin = 0.999 * (double)t->slack;
+    int i, k;
+    t->within = 0.0f;
+    if (!c->d.normals || c->bent || c->d.mask || !((double)rough < 0.01 * (double)least || c->orthographic))
+        return;
+    n[0] = -gx / bx, n[1] = -gy / by, n[2] = -1.0;
+    side = 1.0;
+    if (!c->orthographic) {
+        n[2] = -(double)l->w - n[0] * ((double)l->x + 0.5 - (double)c->cx) * bx -
+               n[1] * ((double)l->y + 0.5 - (double)c->cy) * by;
+        side = 1.0 + 1.5 * sqrt((double)len2);
+        margin -= 1.02 * steep * ((double)rough / w);
+    }
+    margin -= 9.5367432e-7 * (steep + (double)t->slack);
+    len = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    if (!(len > 0.0 && len < 1e30))
+        return;
+    facing = 0.98 * w / len; /* least |N.r0| */
+    if (!(facing * facing > 1.02 * (double)len2 * (double)(GTAOI_FACING_MIN * GTAOI_FACING_MIN)))
+        return;
+    for (k = 0; k < 3; k++)
+        n[k] /= len;
+    slack = (1.0 + (n[0] < 0.0 ? -n[0] : n[0]) * side / facing) * bx +
+            (1.0 + (n[1] < 0.0 ? -n[1] : n[1]) * side / facing) * by;
+    e = margin / (1.03 * slack * (c->orthographic ? 1.0 / facing : len));
+    if (e > 0.01 * facing / side)
+        e = 0.01 * facing / side;
+    for (k = 0; k < 3; k++)
+        to[k] = n[k];
+    if (c->transform_normals) { /* back by the transpose: exact for rotations and mirrors, and else `off` */
+        grow = 0.0;
+        for (k = 0; k < 3; k++)
+            to[k] = (double)m[k] * n[0] + (double)m[3 + k] * n[1] + (double)m[6 + k] * n[2];
+        for (i = 0; i < 3; i++) {
+            double sum = 0.0, back = -n[i];
+            for (k = 0; k < 3; k++) {
+                sum += (double)(m[3 * i + k] < 0.0f ? -m[3 * i + k] : m[3 * i + k]);
+                back += (double)m[3 * i + k] * to[k];
+            }
+            grow = sum > grow ? sum : grow;
+            off = back > off ? back : -back > off ? -back : off;
+        }
+    }
+    if (!(grow > 0.0 && grow < 1e3))
+        return;
+    t->within = (float)(((e - off) / grow - 1.2e-7) * 0.999); /* less the rounding of N and of a normal's transform */
+    for (k = 0; k < 3; k++)
+        t->normal[k] = (float)to[k];
+}
+
+/* Up to this height the radius of pixels in a box projects to less than a pixel (gtaoi_setup). */
+static float gtaoi_small_height(const gtao_context *c, float x0, float x1, float y0, float y1) {
+    GTAOI_NO_CONTRACT
+    float ax, ay, limit;
+    if (!c->bounded)
+        return GTAOI_SKY_LIMIT;
+    if (c->orthographic)
+        return c->reach < c->extent_min ? FLT_MAX : GTAOI_SKY_LIMIT;
+    ax = gtaoi_max(gtaoi_abs(x0 + 0.5f - c->cx), gtaoi_abs(x1 + 0.5f - c->cx)) * c->bx1;
+    ay = gtaoi_max(gtaoi_abs(y0 + 0.5f - c->cy), gtaoi_abs(y1 + 0.5f - c->cy)) * c->by1;
+    limit = 0.9999f * c->extent_min / (c->reach * sqrtf(1.0f + ax * ax + ay * ay));
+    if (c->every_pixel) /* the sphere's silhouette: at a small angle a off by less than a |r0|^2 */
+        limit *= c->extent_min < 0.01f ? 0.97f : 0.0f;
+    return limit > 0.0f && limit < FLT_MAX ? limit : GTAOI_SKY_LIMIT;
+}
+
+/* How many cells that may rise are worth telling apart. */
+static int gtaoi_candidates(const gtao_context *c) {
+    return c->every_pixel || c->max_steps >= GTAOI_STEPS_PAY ? 1 << 30 : GTAOI_CANDIDATES;
+}
 
 /* For each row of cells whether all its pixels were prepared by one call of gtao_prepare_rows, the last. */
 static void gtaoi_known_cells(const gtao_context *c, uint8_t *known) {
@@ -5301,7 +5425,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int cy) {
         for (i = 0; i < per; i++)
             across[k * per + i] = (float)(i * phases) - half;
     for (x = 0; x < c->d.width; x += WIDE) {
-        float w0[WIDE], lowest[WIDE], along_x[WIDE], along_y[WIDE], gx[WIDE], gy[WIDE], up[WIDE], down[WIDE];
+        float w0[WIDE], lowest[WIDE], highest[WIDE], along_x[WIDE], along_y[WIDE], gx[WIDE], gy[WIDE], up[WIDE],
+            down[WIDE];
         const float *at = c->w + (ptrdiff_t)cy * GTAOI_CELL * c->pitch + GTAOI_PAD + x / c->period;
         int cells = (gtaoi_imin(WIDE, c->d.width - x) + GTAOI_CELL - 1) / GTAOI_CELL, mixed = 0;
         if (c->arcs && c->layer_count > 1) {
@@ -5313,18 +5438,20 @@ GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int cy) {
             for (i = k * per; i < (k + 1) * per; i++)
                 w0[i] = k < cells ? at[k * per] : 0.0f;
         for (i = 0; i < cells * per; i += GTAOI_W) {
-            GV base = GV_LOAD(w0 + i), least = GV_SET(FLT_MAX), zero = GV_SET(0.0f), sum_x = zero, sum_y = zero;
+            GV base = GV_LOAD(w0 + i), least = GV_SET(FLT_MAX), most = GV_SET(-FLT_MAX);
+            GV zero = GV_SET(0.0f), sum_x = zero, sum_y = zero;
             for (r = 0; r < rows; r++) {
                 GV row = zero;
                 for (p = 0; p < phases; p++) {
                     GV w = GV_LOAD(at + r * c->pitch + p * c->segment + i), d = GV_SUB(w, base);
-                    least = GV_MIN(least, w);
+                    least = GV_MIN(least, w), most = GV_MAX(most, w);
                     sum_x = GV_ADD(sum_x, GV_MUL(d, GV_ADD(GV_LOAD(across + i), GV_SET((float)p))));
                     row = GV_ADD(row, d);
                 }
                 sum_y = GV_ADD(sum_y, GV_MUL(row, GV_SET((float)r - middle)));
             }
-            GV_STORE(lowest + i, least), GV_STORE(along_x + i, sum_x), GV_STORE(along_y + i, sum_y);
+            GV_STORE(lowest + i, least), GV_STORE(highest + i, most);
+            GV_STORE(along_x + i, sum_x), GV_STORE(along_y + i, sum_y);
         }
         for (k = 0; k < cells; k++) { /* least squares: sum e^2 = 340 in each row, n (n^2 - 1) / 12 in a column */
             float a = 0.0f, b = 0.0f;
@@ -5356,12 +5483,14 @@ GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int cy) {
         for (k = 0; k < cells; k++) {
             ptrdiff_t to = cy * c->cell_pitch + x / GTAOI_CELL + k;
             i = k * per;
-            for (r = i + 1; r < i + per; r++)
+            for (r = i + 1; r < i + per; r++) {
                 up[i] = gtaoi_max(up[i], up[r]), down[i] = gtaoi_min(down[i], down[r]);
-            if (up[i] > GTAOI_SKY_LIMIT)
-                gtaoi_keep_cell(c, to, w0[i], gx[i], gy[i], up[i], down[i]);
+                highest[i] = gtaoi_max(highest[i], highest[r]), lowest[i] = gtaoi_min(lowest[i], lowest[r]);
+            }
+            if (up[i] > GTAOI_SKY_LIMIT) /* with sky in it the lowest is not known */
+                gtaoi_keep_cell(c, to, w0[i], gx[i], gy[i], up[i], down[i], highest[i], lowest[i]);
             else
-                gtaoi_keep_cell(c, to, 0.0f, 0.0f, 0.0f, GTAOI_CELL_NONE, -GTAOI_CELL_NONE);
+                gtaoi_keep_cell(c, to, 0.0f, 0.0f, 0.0f, GTAOI_CELL_NONE, -GTAOI_CELL_NONE, GTAOI_CELL_NONE, GTAOI_SKY);
         }
     }
 }
@@ -6309,7 +6438,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_arcs_noise)(const gtao_context *c, const GTAOI_PI
         steps = GV_MAX(GTAOI_NAME(gtaoi_floor)(GV_MUL(radius, unit)), one);
     steps = GV_IF(active, GV_MIN(steps, limit));
     GV_STORE(position, steps);
-    if (seen && seen->open) {
+    if (seen && !(seen->lo_all <= seen->hi_all)) {
         for (i = 0; i < GTAOI_W; i++)
             stats->samples_skipped += (uint64_t)(2 * (int)position[i] * c->layer_count);
         return;
@@ -7556,78 +7685,78 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look_at)(const gtao_context *c, gtaoi_tile *t, gt
         distance = GV_MAX(GV_SUB(distance, GV_SET(taps)), one);
         closed = GM_OR(GV_LE(top, GV_MUL(GV_SET(l->room), distance)), GV_LT(GV_SET(l->radius), distance));
         /* all of it farther behind, or in front, than the radius */
-        w = GV_LOAD(c->cell[GTAOI_CELL_W0] + at);
-        turn =
-            GV_MUL(GV_ADD(GV_ABS(GV_LOAD(c->cell[GTAOI_CELL_GX] + at)), GV_ABS(GV_LOAD(c->cell[GTAOI_CELL_GY] + at))),
-                   GV_SET(half));
-        closed = GM_OR(closed, GV_LT(GV_ADD(GV_ADD(w, turn), up), GV_SET(l->behind)));
-        closed =
-            GM_OR(closed, GV_LT(GV_SET(l->before), GV_ADD(GV_SUB(w, turn), GV_LOAD(c->cell[GTAOI_CELL_DOWN] + at))));
+        closed = GM_OR(closed, GV_LT(GV_LOAD(c->cell[GTAOI_CELL_MOST] + at), GV_SET(l->behind)));
+        closed = GM_OR(closed, GV_LT(GV_SET(l->before), GV_LOAD(c->cell[GTAOI_CELL_LEAST] + at)));
         bits = GTAOI_ALL & ~GM_BITS(closed);
         if (cx_end - cx < GTAOI_W)
             bits &= (1u << (cx_end - cx)) - 1u;
-        if (bits && !l->sectors) {
-            l->blocked = 1;
-            return;
-        }
         if (bits) {
-            float tops[GTAOI_W], nearest[GTAOI_W];
-            GV_STORE(tops, top), GV_STORE(nearest, distance);
+            float nearest[GTAOI_W];
+            GV_STORE(nearest, distance);
             for (; bits; bits &= bits - 1u) {
                 int i = gtaoi_lowest(bits);
                 float left = (float)((cx + i) * GTAOI_CELL) + shift_x, x0 = left - l->x1, x1 = left + last - l->x0;
-                float y0 = y - l->y1, y1 = y + last - l->y0, farthest = l->radius, enough = tops[i] * l->inv_room;
-                if (enough < farthest)
-                    farthest = enough;
+                float y0 = y - l->y1, y1 = y + last - l->y0, farthest = l->radius;
+                double above = gtaoi_cell_top(c, t, l, at + i, left, y), enough = above * (double)l->inv_room;
+                if (above <= (double)l->room * (double)nearest[i])
+                    continue; /* it was rounding */
+                if (--l->candidates < 0)
+                    return;
+                if (enough < (double)farthest)
+                    farthest = (float)(enough * 1.000001);
                 gtaoi_may_rise(t, l->all, x0 - 2.0f, x1 + 2.0f, y0 - 2.0f, y1 + 2.0f, nearest[i], farthest);
             }
         }
     }
 }
 
-/* A tile of 64x16 pixels from (x, y) on: finds a plane close below its pixels, and what may rise above it around. */
-GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known, unsigned skips, int x, int y,
-                                     gtaoi_tile *t) {
+/* Rows [y, y_last] of cells [cx, cx_end), not all sky: finds a plane close below their pixels, and what may rise above
+ * it around. Returns whether nothing does. */
+GTAOI_FN int GTAOI_NAME(gtaoi_look_around)(const gtao_context *c, const uint8_t *known, int cx, int cx_end, int y,
+                                           int y_last, int candidates, gtaoi_tile *t) {
     GTAOI_NO_CONTRACT
     const float half = 0.5f * (float)(GTAOI_CELL - 1), inf = (float)HUGE_VAL;
     const float *w0 = c->cell[GTAOI_CELL_W0], *gx = c->cell[GTAOI_CELL_GX], *gy = c->cell[GTAOI_CELL_GY],
                 *up = c->cell[GTAOI_CELL_UP], *down = c->cell[GTAOI_CELL_DOWN];
-    int cx = x / GTAOI_CELL, cx_end = gtaoi_imin(cx + 4, c->cells_x), cy = y / GTAOI_CELL, i, n = 0, first = -1, far_y,
-        far_x;
+    int x = cx * GTAOI_CELL, x_last = gtaoi_imin(cx_end * GTAOI_CELL, c->d.width) - 1, cy = y / GTAOI_CELL;
+    int i, k, n = 0, first = -1, far_y, far_x;
     int w = c->d.width, h = c->d.height, kx, ky, kx1 = 0, ky1 = 0, reach_y, wrap = c->d.border == GTAO_BORDER_WRAP;
     ptrdiff_t row = cy * c->cell_pitch;
-    float nearest = -FLT_MAX, farthest = FLT_MAX, bottom = -FLT_MAX, len2 = 1.0f, len2_min = 1.0f, floor_, size, extent;
+    float nearest = -FLT_MAX, farthest = FLT_MAX, bottom = -FLT_MAX, high = -FLT_MAX, len2 = 1.0f, len2_min = 1.0f,
+          floor_, size, extent;
+    double most, least;
     gtaoi_looking l;
-    t->sky = t->known = t->open = 0;
+    t->known = t->deep = 0;
     t->gx = t->gy = t->slack = 0.0f;
-    if (!known[cy])
-        return;
     for (i = cx; i < cx_end; i++)
         if (down[row + i] < 0.5f * -GTAOI_CELL_NONE)
             t->gx += gx[row + i], t->gy += gy[row + i], n++, first = first < 0 ? i : first;
-    t->sky = n == 0;
-    if (n == 0 || !(skips & (GTAO_SKIP_OPEN | GTAO_SKIP_SECTORS)))
-        return;
     t->gx /= (float)n, t->gy /= (float)n;
     l.w = w0[row + first], l.x = (float)(first * GTAOI_CELL) + half, l.y = (float)(cy * GTAOI_CELL) + half;
-    l.x0 = (float)x, l.x1 = (float)gtaoi_imin(x + 63, w - 1);
-    l.y0 = (float)y, l.y1 = (float)gtaoi_imin(y + GTAOI_CELL - 1, h - 1);
+    l.x0 = (float)x, l.x1 = (float)x_last;
+    l.y0 = (float)y, l.y1 = (float)y_last;
     l.low = FLT_MAX;
     for (i = cx; i < cx_end; i++) {
         ptrdiff_t at = row + i;
-        float ax = gx[at] - t->gx, ay = gy[at] - t->gy, along = t->gx * (float)((i - first) * GTAOI_CELL), d;
+        double ax = (double)gx[at] - (double)t->gx, ay = (double)gy[at] - (double)t->gy, d;
         if (!(down[at] < 0.5f * -GTAOI_CELL_NONE))
             continue;
-        ax = gtaoi_abs(ax), ay = gtaoi_abs(ay);
-        d = w0[at] - l.w;
-        size = gtaoi_abs(d) + gtaoi_abs(along) + half * (ax + ay) + gtaoi_abs(down[at]);
-        d = ((d - along) - half * (ax + ay)) + down[at] - 2.9802322e-7f * size;
-        l.low = gtaoi_min(l.low, d);
-        bottom = gtaoi_max(bottom, d - down[at] + up[at]);
-        size = half * (gtaoi_abs(gx[at]) + gtaoi_abs(gy[at]));
-        nearest = gtaoi_max(nearest, w0[at] + size + up[at]);
-        farthest = gtaoi_min(farthest, w0[at] - size + down[at]);
+        ax = (double)half * ((ax < 0.0 ? -ax : ax) + (ay < 0.0 ? -ay : ay));
+        d = (((double)w0[at] - (double)l.w) - (double)t->gx * ((i - first) * GTAOI_CELL)) - ax;
+        l.low = gtaoi_min(l.low, (float)(d + (double)down[at]));
+        bottom = gtaoi_max(bottom, (float)(d + (double)up[at]));
+        high = gtaoi_max(high, (float)(d + 2.0 * ax + (double)up[at]));
+        nearest = gtaoi_max(nearest, c->cell[GTAOI_CELL_MOST][at]);
+        farthest = gtaoi_min(farthest, c->cell[GTAOI_CELL_LEAST][at]);
     }
+    /* What the plane says of these rows, when they are not all. */
+    least = (double)l.w + (double)t->gx * (double)((t->gx > 0.0f ? l.x0 : l.x1) - l.x) +
+            (double)t->gy * (double)((t->gy > 0.0f ? l.y0 : l.y1) - l.y);
+    most = (double)l.w + (double)t->gx * (double)((t->gx > 0.0f ? l.x1 : l.x0) - l.x) +
+           (double)t->gy * (double)((t->gy > 0.0f ? l.y1 : l.y0) - l.y);
+    nearest = gtaoi_min(nearest, (float)((most + (double)high) * (most > 0.0 ? 1.000001 : 0.999999)));
+    farthest = gtaoi_max(farthest, (float)((least + (double)l.low) * (least > 0.0 ? 0.999999 : 1.000001)));
+    t->deep = !c->orthographic && bottom - l.low < 1e-3f * nearest && nearest > GTAOI_DEEP * farthest;
     /* The floor of gtaoi_slice, floor = rise_min |b_perp| w0 / |r0|, from below: |b_perp| >= |b| / |r0|. */
     if (!c->orthographic) {
         float ax = ((l.x0 + 0.5f) - c->cx) * c->bx1, bx = ((l.x1 + 0.5f) - c->cx) * c->bx1;
@@ -7636,7 +7765,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known
         len2_min = 1.0f + (ax * bx > 0.0f ? gtaoi_min(ax * ax, bx * bx) : 0.0f) +
                    (ay * by > 0.0f ? gtaoi_min(ay * ay, by * by) : 0.0f);
         if (!(len2 < 256.0f))
-            return;
+            return 0;
     }
     floor_ = 0.999f * c->rise_min * gtaoi_min(c->bx1, c->by1) * (c->orthographic ? 1.0f : farthest / len2);
     /* Derived normals have the noise of depth, bumpy ground has its own. */
@@ -7645,7 +7774,8 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known
     l.room = 0.999f * floor_ - t->slack - 3.8146973e-6f * (size + t->slack); /* 64 times 2^-24: rounding of g.q */
     l.inv_room = 1.001f / l.room;
     if (!(l.room > 0.0f && l.inv_room < FLT_MAX && bottom - l.low < 16.0f * l.room))
-        return;
+        return 0;
+    gtaoi_tile_normal(c, t, &l, bottom - l.low, farthest, len2);
     /* How far the search goes, in pixels: classes are rounded up by a quarter at most. */
     extent = c->extent_max;
     if (c->orthographic) {
@@ -7663,68 +7793,70 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known
         l.radius = c->max_radius + 2.0f;
     if (c->pass)
         l.radius = gtaoi_min(l.radius, (float)GTAO_SWEEP_NEAR * 1.5f + 2.0f);
+    /* The search takes a sample q of a slice of direction d for one at |q| d with a rise as great: of height
+     * w' = w - g.(q - |q| d), which is off by less than 0.8 |g| because q is rounded to whole pixels. With
+     * distance^2 = (|q| |b_perp| / w)^2 (1 + kappa^2) it is within the radius R only if |1 / w' - 1 / w0| w' / w <= R:
+     *   (w0 - 0.8 |g|) / (1 + R w0) <= w <= (w0 + 0.8 |g|) / (1 - R w0),   orthographic |w' - w0| <= R. */
     l.behind = -FLT_MAX, l.before = FLT_MAX;
     if (c->bounded && size < 500.0f * gtaoi_min(c->bx1, c->by1) * (c->orthographic ? 1.0f : farthest)) {
-        float reach = 1.01f * c->reach;
-        l.behind = c->orthographic ? farthest - reach : 1.0f / (1.0f / farthest + reach);
+        float reach = 1.01f * c->reach, off = 0.8f * (size + t->slack);
+        l.behind = c->orthographic ? (farthest - reach) - off : (farthest - off) / (1.0f + reach * farthest);
         if (!(c->arcs && (c->clip || c->layer_count > 1)))
-            l.before = c->orthographic          ? nearest + reach
-                       : 1.0f / nearest > reach ? 1.0f / (1.0f / nearest - reach)
-                                                : FLT_MAX;
+            l.before = c->orthographic           ? (nearest + reach) + off
+                       : reach * nearest < 0.99f ? (nearest + off) / (1.0f - reach * nearest)
+                                                 : FLT_MAX;
     }
     /* Worth it? A cell costs about as much as three samples of a group. */
-    size = (2.0f * l.radius + 64.0f) * (2.0f * l.radius + 16.0f) / (float)(GTAOI_CELL * GTAOI_CELL);
-    if (size > 96.0f * 2.0f * (float)c->slices * (c->every_pixel ? l.radius : (float)c->max_steps))
-        return;
+    size = (2.0f * l.radius + (float)(x_last + 1 - x)) * (2.0f * l.radius + (float)(y_last + 1 - y)) /
+           (float)(GTAOI_CELL * GTAOI_CELL);
+    if (size >
+        24.0f * (float)(cx_end - cx) * 2.0f * (float)c->slices * (c->every_pixel ? l.radius : (float)c->max_steps))
+        return 0;
     for (i = 0; i < GTAOI_DIRECTIONS; i++)
         t->lo[i] = inf, t->hi[i] = 0.0f;
-    l.all[0] = inf, l.all[1] = 0.0f, l.blocked = 0;
-    l.sectors = c->every_pixel || c->max_steps >= GTAOI_SECTORS_PAY;
+    l.all[0] = inf, l.all[1] = 0.0f;
+    l.candidates = candidates;
     far_x = far_y = (int)l.radius + 1;
     if (wrap) {
-        kx1 = (x + 63 + far_x) / w, ky1 = (y + GTAOI_CELL - 1 + far_y) / h;
+        kx1 = (x_last + far_x) / w, ky1 = (y_last + far_y) / h;
     }
     for (ky = wrap ? -((far_y - y + h - 1) / h) : 0; ky <= ky1; ky++) {
         int begin = gtaoi_imax(y - far_y - ky * h, 0) / GTAOI_CELL;
-        int end = gtaoi_imin(y + GTAOI_CELL + far_y - ky * h, h);
-        for (i = begin; i * GTAOI_CELL < end; i++) {
-            float top = (float)(i * GTAOI_CELL + ky * h), gap;
+        int end = (gtaoi_imin(y_last + 1 + far_y - ky * h, h) + GTAOI_CELL - 1) / GTAOI_CELL;
+        for (k = begin; k < end; k++) { /* what is near may rise first: down from the own row, then up */
+            float top, gap;
+            i = ky ? k : k - begin < end - cy ? cy + k - begin : cy - 1 - (k - begin - (end - cy));
+            top = (float)(i * GTAOI_CELL + ky * h);
             gap = gtaoi_max(gtaoi_max(top - l.y1, l.y0 - (top + 2.0f * half)), 0.0f);
             reach_y = gap < l.radius ? (int)sqrtf(l.radius * l.radius - gap * gap) + 2 : 2;
             for (kx = wrap ? -((reach_y - x + w - 1) / w) : 0; kx <= kx1; kx++) {
                 int from = gtaoi_imax(x - reach_y - kx * w, 0) / GTAOI_CELL;
-                int to = gtaoi_imin(x + 64 + reach_y - kx * w, w);
+                int to = gtaoi_imin(x_last + 1 + reach_y - kx * w, w);
                 to = (to + GTAOI_CELL - 1) / GTAOI_CELL;
                 if (from >= to)
                     continue;
-                l.blocked |= !l.sectors && !known[i];
                 if (known[i])
                     GTAOI_NAME(gtaoi_look_at)(c, t, &l, from, to, i, (float)(kx * w), (float)(ky * h));
                 else
                     gtaoi_may_rise(t, l.all, (float)(from * GTAOI_CELL + kx * w) - l.x1 - 2.0f,
                                    (float)(to * GTAOI_CELL + kx * w) - l.x0 + 2.0f, top - l.y1 - 2.0f,
                                    top + 2.0f * half - l.y0 + 2.0f, gtaoi_max(gap - 2.0f, 1.0f), l.radius);
-                if (l.blocked)
-                    return;
+                if (l.candidates < 0)
+                    return 0;
             }
         }
     }
-    if (c->d.border == GTAO_BORDER_CLAMP && !l.sectors)
-        l.blocked = l.x0 < l.radius + 2.0f || (float)w - l.x1 < l.radius + 4.0f || l.y0 < l.radius + 2.0f ||
-                    (float)h - l.y1 < l.radius + 4.0f;
-    if (l.blocked)
-        return;
     if (c->d.border == GTAO_BORDER_CLAMP) { /* what lies beyond the image is level, and may rise above a slope */
         float r = l.radius + 2.0f, left = l.x0 + 1.0f, right = (float)w - l.x1, above = l.y0 + 1.0f,
               below = (float)h - l.y1;
         if (left < r)
-            gtaoi_may_rise(t, l.all, -r, -left + 66.0f, -r, r, gtaoi_max(left - 2.0f, 1.0f), l.radius);
+            gtaoi_may_rise(t, l.all, -r, -left + (l.x1 - l.x0) + 3.0f, -r, r, gtaoi_max(left - 2.0f, 1.0f), l.radius);
         if (right < r)
-            gtaoi_may_rise(t, l.all, right - 66.0f, r, -r, r, gtaoi_max(right - 2.0f, 1.0f), l.radius);
+            gtaoi_may_rise(t, l.all, right - (l.x1 - l.x0) - 3.0f, r, -r, r, gtaoi_max(right - 2.0f, 1.0f), l.radius);
         if (above < r)
-            gtaoi_may_rise(t, l.all, -r, r, -r, -above + 18.0f, gtaoi_max(above - 2.0f, 1.0f), l.radius);
+            gtaoi_may_rise(t, l.all, -r, r, -r, -above + (l.y1 - l.y0) + 3.0f, gtaoi_max(above - 2.0f, 1.0f), l.radius);
         if (below < r)
-            gtaoi_may_rise(t, l.all, -r, r, below - 18.0f, r, gtaoi_max(below - 2.0f, 1.0f), l.radius);
+            gtaoi_may_rise(t, l.all, -r, r, below - (l.y1 - l.y0) - 3.0f, r, gtaoi_max(below - 2.0f, 1.0f), l.radius);
     }
     t->known = 1;
     t->lo_all = l.all[0], t->hi_all = l.all[1];
@@ -7732,27 +7864,92 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known
         t->lo[i] = gtaoi_min(t->lo[i], l.all[0]), t->hi[i] = gtaoi_max(t->hi[i], l.all[1]);
         t->lo_all = gtaoi_min(t->lo_all, t->lo[i]), t->hi_all = gtaoi_max(t->hi_all, t->hi[i]);
     }
-    t->open = !(t->lo_all <= t->hi_all);
+    return !(t->lo_all <= t->hi_all);
 }
 
-/* Which pixels of a group remain to be computed; in *seen what their search may leave out: null if nothing. */
-GTAOI_FI GM GTAOI_NAME(gtaoi_open_group)(const GTAOI_PIXEL *p, GM active, const gtaoi_tile *t, unsigned skips,
-                                         const gtaoi_tile **seen, gtao_stats *stats) {
-    GTAOI_NO_CONTRACT
-    GV turn;
-    *seen = 0;
-    if (!t->known)
-        return active;
-    turn = GV_ADD(GV_ABS(GV_SUB(p->gx, GV_SET(t->gx))), GV_ABS(GV_SUB(p->gy, GV_SET(t->gy))));
-    if (GM_ANY(GM_ANDNOT(active, GV_LE(turn, GV_SET(t->slack)))))
-        return active;
-    if (t->open && (skips & GTAO_SKIP_OPEN)) {
-        stats->open += (uint64_t)gtaoi_popcount(GM_BITS(active));
-        return GV_LT(GV_SET(1.0f), GV_SET(0.0f));
+/* Cell i of a tile is open, `of` says why. */
+GTAOI_FN void GTAOI_NAME(gtaoi_open_cell)(const gtao_context *c, gtaoi_tile *t, const gtaoi_tile *of, int i,
+                                          ptrdiff_t at) {
+    int solid = c->cell[GTAOI_CELL_DOWN][at] < 0.5f * -GTAOI_CELL_NONE, k, component, flat;
+    int components = c->normal_plane ? 3 : c->d.normal_components;
+    t->open |= 1u << i;
+    for (k = 4 * i; k < 4 * i + 4; k++) {
+        t->plane[0][k] = solid ? of->gx : 0.0f, t->plane[1][k] = solid ? of->gy : 0.0f;
+        t->plane[2][k] = solid ? of->slack : 0.0f;
     }
-    if (skips & GTAO_SKIP_SECTORS)
-        *seen = t;
-    return active;
+    flat = solid && of->within > 0.0f && c->cell[GTAOI_CELL_SKY][at] == 0.0f;
+    for (k = component = 0; k < GTAOI_LANES + 4; k++, component = component < components - 1 ? component + 1 : 0) {
+        t->normals[i][k] = flat && component < 3 ? of->normal[component] : 0.0f;
+        t->allowed[i][k] = !flat ? -1.0f : component < 3 ? of->within : FLT_MAX;
+    }
+}
+
+/* A tile of 64x16 pixels from (x, y) on, as one plane or, if that tells little, cell by cell. */
+GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known, unsigned skips, int x, int y,
+                                     gtaoi_tile *t) {
+    int cx = x / GTAOI_CELL, cx_end = gtaoi_imin(cx + 4, c->cells_x), cy = y / GTAOI_CELL, i;
+    int y_last = gtaoi_imin(y + GTAOI_CELL, c->d.height) - 1;
+    int some_sky = 0;
+    float least = FLT_MAX;
+    const ptrdiff_t at = cy * c->cell_pitch;
+    gtaoi_tile one;
+    t->sky = t->maybe = t->known = t->deep = 0, t->open = 0;
+    t->blank = -FLT_MAX;
+    if (!known[cy])
+        return;
+    t->sky = 1;
+    for (i = cx; i < cx_end; i++) {
+        t->sky &= !(c->cell[GTAOI_CELL_DOWN][at + i] < 0.5f * -GTAOI_CELL_NONE);
+        some_sky |= c->cell[GTAOI_CELL_SKY][at + i] > 0.0f;
+        least = gtaoi_min(least, c->cell[GTAOI_CELL_LEAST][at + i]);
+    }
+    if (skips & GTAO_SKIP_SKY)
+        t->blank = GTAOI_SKY_LIMIT, t->maybe = some_sky;
+    if ((skips & GTAO_SKIP_RADIUS) && !c->d.mask && !t->sky) {
+        t->blank = gtaoi_max(t->blank, gtaoi_small_height(c, (float)x, (float)(x + 63), (float)y, (float)y_last));
+        t->maybe |= least <= t->blank;
+    }
+    if (t->sky || !(skips & (GTAO_SKIP_OPEN | GTAO_SKIP_SECTORS)))
+        return;
+    if (GTAOI_NAME(gtaoi_look_around)(c, known, cx, cx_end, y, y_last, gtaoi_candidates(c), t)) {
+        for (i = cx; i < cx_end; i++)
+            GTAOI_NAME(gtaoi_open_cell)(c, t, t, i - cx, at + i);
+    } else if (skips & GTAO_SKIP_OPEN) {
+        for (i = cx; i < cx_end; i++)
+            if (!(c->cell[GTAOI_CELL_DOWN][at + i] < 0.5f * -GTAOI_CELL_NONE) ||
+                GTAOI_NAME(gtaoi_look_around)(c, known, i, i + 1, y, y_last, 0, &one))
+                GTAOI_NAME(gtaoi_open_cell)(c, t, &one, i - cx, at + i);
+    }
+    for (i = cx_end; i < cx + 4; i++)
+        t->open |= 1u << (i - cx);
+}
+
+/* Some rows of a tile that runs far into the distance: what is near enough to matter, and how exactly it can be told,
+ * differs much from its first row to its last. Returns whether they are open. */
+GTAOI_FN int GTAOI_NAME(gtaoi_look_band)(const gtao_context *c, const uint8_t *known, int x, int y, gtaoi_tile *t) {
+    int cx = x / GTAOI_CELL, cx_end = gtaoi_imin(cx + 4, c->cells_x), i;
+    memset(t, 0, sizeof *t);
+    if (!GTAOI_NAME(gtaoi_look_around)(c, known, cx, cx_end, y, gtaoi_imin(y + GTAOI_BAND, c->d.height) - 1,
+                                       gtaoi_candidates(c), t))
+        return t->known;
+    for (i = cx; i < cx_end; i++)
+        GTAOI_NAME(gtaoi_open_cell)(c, t, t, i - cx, y / GTAOI_CELL * c->cell_pitch + i);
+    for (; i < cx + 4; i++)
+        t->open |= 1u << (i - cx);
+    return 1;
+}
+
+/* The cells of a tile that a block, or if the phases of the noise do not interleave them a group of it, from column x
+ * on lies in: as bits of gtaoi_tile.open. */
+GTAOI_FI unsigned GTAOI_NAME(gtaoi_cells_of)(int x, int pixels) {
+    int first = (x & 63) / GTAOI_CELL;
+    return ((2u << ((pixels - 1) / GTAOI_CELL)) - 1u) << first;
+}
+
+/* gtaoi_tile.plane for the lanes of a group that starts at column x. */
+GTAOI_FI GV GTAOI_NAME(gtaoi_plane_of)(const gtao_context *c, const gtaoi_tile *t, int which, int x) {
+    const float *plane = t->plane[which];
+    return c->period == 4 ? GV_LOAD(plane + ((x & 63) >> 2)) : GV_SET(plane[((x & 63) / GTAOI_CELL) * 4]);
 }
 
 /* ---- effort by need ---------------------------------------------------------------------------------------------- */
@@ -7919,6 +8116,34 @@ typedef struct GTAOI_GROUPS {
     const gtaoi_tile *seen[4]; /* the same, null for groups that march everything */
 } GTAOI_GROUPS;
 
+/* Which pixels of a group remain to be computed; in *seen what their search may leave out: null if nothing. */
+GTAOI_FI GM GTAOI_NAME(gtaoi_open_group)(const gtao_context *c, const GTAOI_PIXEL *p, GM active,
+                                         const GTAOI_GROUPS *block, int g, const gtaoi_tile **seen, gtao_stats *stats) {
+    GTAOI_NO_CONTRACT
+    const gtaoi_tile *t = block->tile;
+    int x = block->x + g * block->step, pixels = c->period == 4 ? 4 * GTAOI_W : GTAOI_W, open = 0;
+    unsigned of = GTAOI_NAME(gtaoi_cells_of)(x, pixels);
+    *seen = 0;
+    if ((t->open & of) == of && (block->skips & GTAO_SKIP_OPEN)) {
+        GV turn = GV_ABS(GV_SUB(p->gx, GTAOI_NAME(gtaoi_plane_of)(c, t, 0, x)));
+        turn = GV_ADD(turn, GV_ABS(GV_SUB(p->gy, GTAOI_NAME(gtaoi_plane_of)(c, t, 1, x))));
+        open = !GM_ANY(GM_ANDNOT(active, GV_LE(turn, GTAOI_NAME(gtaoi_plane_of)(c, t, 2, x))));
+    } else if (t->known) {
+        GV turn = GV_ADD(GV_ABS(GV_SUB(p->gx, GV_SET(t->gx))), GV_ABS(GV_SUB(p->gy, GV_SET(t->gy))));
+        if (GM_ANY(GM_ANDNOT(active, GV_LE(turn, GV_SET(t->slack)))) || !(block->skips & GTAO_SKIP_SECTORS))
+            return active;
+        if (!c->per_pixel_noise && (block->skips & GTAO_SKIP_OPEN))
+            open = gtaoi_directions_open(
+                c, t, ((block->y & (c->period - 1)) * c->period + (c->period == 4 ? g : 0)) * c->slices);
+        if (!open)
+            *seen = t;
+    }
+    if (!open)
+        return active;
+    stats->open += (uint64_t)gtaoi_popcount(GM_BITS(active));
+    return GV_LT(GV_SET(1.0f), GV_SET(0.0f));
+}
+
 /* A group of pixels that occlude nothing and have no result: sky, masked. */
 GTAOI_FI void GTAOI_NAME(gtaoi_leave)(const gtao_context *c, const GTAOI_PIXEL *p, GTAOI_GROUPS *block, int g) {
     block->v[g] = GV_SET(1.0f);
@@ -7954,8 +8179,7 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_any)(const gtao_context *c, GTAOI_GROUPS *bl
     if (c->keep)
         GTAOI_NAME(gtaoi_keep)(c, pixel, active, groups, x0, y);
     for (g = 0; g < groups; g++) {
-        active[g] =
-            GTAOI_NAME(gtaoi_open_group)(&pixel[g], active[g], block->tile, block->skips, &block->seen[g], stats);
+        active[g] = GTAOI_NAME(gtaoi_open_group)(c, &pixel[g], active[g], block, g, &block->seen[g], stats);
         any |= GM_ANY(active[g]);
     }
     if (c->pass && c->pass->tilt_x) {
@@ -8205,7 +8429,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS 
     if (c->keep)
         GTAOI_NAME(gtaoi_keep)(c, p, active, block->groups, block->x, y);
     for (g = 0; g < block->groups; g++) {
-        active[g] = GTAOI_NAME(gtaoi_open_group)(&p[g], active[g], block->tile, block->skips, &block->seen[g], stats);
+        active[g] = GTAOI_NAME(gtaoi_open_group)(c, &p[g], active[g], block, g, &block->seen[g], stats);
         any |= GM_ANY(active[g]);
     }
     for (k = 0; any && k < c->slices; k++) {
@@ -8242,11 +8466,13 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_plain)(const gtao_context *c, GTAOI_GROUPS 
 GTAOI_FN int GTAOI_NAME(gtaoi_block_open)(const gtao_context *c, GTAOI_GROUPS *block, gtao_stats *stats) {
     GTAOI_NO_CONTRACT
     const gtaoi_tile *t = block->tile;
-    const GV zero = GV_SET(0.0f), limit = GV_SET(GTAOI_SKY_LIMIT), gx = GV_SET(t->gx), gy = GV_SET(t->gy);
-    float least = 0.999f * t->slack - 9.5367432e-7f * (gtaoi_abs(t->gx) + gtaoi_abs(t->gy) + t->slack);
+    const GV zero = GV_SET(0.0f), limit = GV_SET(GTAOI_SKY_LIMIT);
     float ry = gtaoi_clamp(((float)block->y + 0.5f - c->cy) * c->by1, -GTAOI_RAY_LIMIT, GTAOI_RAY_LIMIT);
     int g;
     for (g = 0; g < block->groups; g++) {
+        int at = block->x + g * block->step;
+        GV gx = GTAOI_NAME(gtaoi_plane_of)(c, t, 0, at), gy = GTAOI_NAME(gtaoi_plane_of)(c, t, 1, at);
+        GV slack = GTAOI_NAME(gtaoi_plane_of)(c, t, 2, at), least = GV_ADD(GV_ADD(GV_ABS(gx), GV_ABS(gy)), slack);
         GTAOI_PIXEL p;
         GV w0 = GV_LOAD(block->at[g]), rr = GV_SET(1.0f), nr, off;
         GM good = GV_LT(limit, w0), missing;
@@ -8262,10 +8488,11 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_open)(const gtao_context *c, GTAOI_GROUPS *b
         }
         missing = GTAOI_NAME(gtaoi_load_normals)(c, &p, block->normals[3 * g], block->normals[3 * g + 1],
                                                  block->normals[3 * g + 2]);
+        least = GV_SUB(GV_MUL(slack, GV_SET(0.999f)), GV_MUL(least, GV_SET(9.5367432e-7f)));
         nr = GV_ADD(GV_ADD(GV_MUL(p.nx, p.rx), GV_MUL(p.ny, p.ry)), p.nz);
         off = GV_ABS(GV_SUB(GV_MUL(w0, GV_MUL(p.nx, GV_SET(c->bx1))), GV_MUL(gx, nr)));
         off = GV_ADD(off, GV_ABS(GV_SUB(GV_MUL(w0, GV_MUL(p.ny, GV_SET(c->by1))), GV_MUL(gy, nr))));
-        good = GM_ANDNOT(GM_AND(good, GV_LE(off, GV_MUL(nr, GV_SET(-least)))), missing);
+        good = GM_ANDNOT(GM_AND(good, GV_LE(off, GV_MUL(GV_SUB(zero, nr), least))), missing);
         good = GM_AND(good, GV_LT(GV_MUL(rr, GV_SET(1.01f * GTAOI_FACING_MIN * GTAOI_FACING_MIN)), GV_MUL(nr, nr)));
         if (GM_BITS(good) != GTAOI_ALL)
             return 0;
@@ -8275,6 +8502,73 @@ GTAOI_FN int GTAOI_NAME(gtaoi_block_open)(const gtao_context *c, GTAOI_GROUPS *b
     }
     stats->open += (uint64_t)block->count;
     return 1;
+}
+
+/* The same of `n` pixels from column x on for results without normals, told without even a look at their heights:
+ * whether the caller's normals all are those of the planes. */
+GTAOI_FN int GTAOI_NAME(gtaoi_block_flat)(const gtao_context *c, const gtaoi_tile *t, const float *normals, int x,
+                                          int n) {
+    GTAOI_NO_CONTRACT
+    int part = (x & 63) / GTAOI_CELL, pixels = gtaoi_imin(n, GTAOI_CELL), components = c->d.normal_components, end, i,
+        k;
+    GM flat = GV_LE(GV_SET(0.0f), GV_SET(t->allowed[part][0]));
+    for (end = part + (n + GTAOI_CELL - 1) / GTAOI_CELL; part < end; part++, normals += components * GTAOI_CELL) {
+        const float *normal = t->normals[part], *allowed = t->allowed[part];
+        const int turn = components == 4 ? GTAOI_W % 4 : GTAOI_W % 3;
+        if (c->normal_plane) {
+            for (k = 0; k < 3; k++)
+                for (i = 0; i < pixels; i += GTAOI_W) {
+                    GV off = GV_SUB(GV_LOAD(normals + k * c->normal_plane + i), GV_SET(normal[k]));
+                    flat = GM_AND(flat, GV_LE(GV_ABS(off), GV_SET(allowed[k])));
+                }
+        } else {
+            for (i = k = 0; i < components * pixels; i += GTAOI_W) {
+                GV off = GV_SUB(GV_LOAD(normals + i), GV_LOAD(normal + k));
+                flat = GM_AND(flat, GV_LE(GV_ABS(off), GV_LOAD(allowed + k)));
+                k += turn, k -= k < components ? 0 : components;
+            }
+        }
+    }
+    return GM_BITS(flat) == GTAOI_ALL;
+}
+
+/* Whether no height of a block is above a limit; what lies past the end of a row does not matter. Such pixels are sky
+ * or their radius is less than a pixel. */
+GTAOI_FN int GTAOI_NAME(gtaoi_block_blank)(const gtao_context *c, float limit, const float *row, int x, int count,
+                                           gtao_stats *stats) {
+    const GV sky = GV_SET(GTAOI_SKY_LIMIT);
+    int g, i, n = 0, step = c->period == 4 ? 1 : GTAOI_W;
+    GM above = GV_LT(sky, sky), solid[4];
+    for (g = 0; g < 4; g++) {
+        GV w = GV_LOAD(row + (c->period == 4 ? g * c->segment + x / 4 : x + g * GTAOI_W));
+        above = GM_OR(above, GV_LT(GV_SET(limit), w)), solid[g] = GV_LT(sky, w);
+    }
+    if (GM_ANY(above))
+        return 0;
+    for (g = 0; limit > GTAOI_SKY_LIMIT && g < 4; g++)
+        for (i = 0; i < GTAOI_W; i++)
+            n += (GM_BITS(solid[g]) >> i & 1u) && g * step + i * c->period < count;
+    stats->pixels += (uint64_t)count, stats->small_radius += (uint64_t)n, stats->radius_skipped += (uint64_t)n;
+    stats->sky += (uint64_t)(count - n), stats->sky_skipped += (uint64_t)(count - n);
+    return 1;
+}
+
+/* Visibility 1, for pixels without horizons. */
+GTAOI_FN void GTAOI_NAME(gtaoi_store_ones)(const gtao_context *c, int x, int y, int n) {
+    float ones[4 * GTAOI_LANES], s[4][4 * GTAOI_LANES];
+    int i = gtaoi_imax(c->x_begin - x, 0);
+    x += i, n = gtaoi_imin(n - i, c->x_end - x);
+    if (!c->signal && c->o.visibility && c->o.visibility_format == GTAO_FORMAT_FLOAT && !c->o.packed) {
+        float *to = (float *)(void *)((char *)c->o.visibility + (ptrdiff_t)y * c->o.visibility_stride) + x;
+        for (i = 0; i + GTAOI_W <= n; i += GTAOI_W)
+            GV_STORE(to + i, GV_SET(1.0f));
+        for (; i < n; i++)
+            to[i] = 1.0f;
+    } else {
+        for (i = 0; i < 4 * GTAOI_LANES; i++)
+            ones[i] = s[0][i] = 1.0f;
+        gtaoi_store(c, x, y, n, ones, 0, s);
+    }
 }
 
 /* Joins a block's results with those of the slices before. */
@@ -8322,7 +8616,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_block_store)(const gtao_context *c, const GTAOI_G
 }
 
 GTAOI_FN void GTAOI_NAME(gtaoi_rows)(const gtao_context *c, int y0, int y1, int x_from, int x_to,
-                                     const gtaoi_tile *tiles, unsigned skips, gtao_stats *stats) {
+                                     const gtaoi_tile *const *tiles, unsigned skips, gtao_stats *stats) {
     enum { BLOCK = 4 * GTAOI_W };
     const gtao_desc *d = &c->d;
     int x0, y, i, g, k, period = c->period, components = d->normal_components;
@@ -8331,19 +8625,35 @@ GTAOI_FN void GTAOI_NAME(gtaoi_rows)(const gtao_context *c, int y0, int y1, int 
     for (y = y0; y < y1; y++) {
         const char *normals = d->normals ? (const char *)d->normals + (ptrdiff_t)y * d->normal_stride : 0;
         const uint8_t *mask = d->mask ? d->mask + (ptrdiff_t)y * d->mask_stride : 0;
+        const float *row_normals = (const float *)(const void *)normals;
         const float *row = gtaoi_row(c, y) + GTAOI_PAD;
         memset(block.over, 0, sizeof block.over);
         for (x0 = x_from; x0 < x_to; x0 += BLOCK) {
             float wanted[BLOCK];
             GV n[12];
-            int count = gtaoi_imin(BLOCK, d->width - x0), j;
+            int count = gtaoi_imin(BLOCK, d->width - x0), open, j;
             if (c->frame && gtaoi_at_rest(c->frame, x0 / GTAOI_TILE_W, y / GTAOI_TILE_H, 2)) {
                 stats->unchanged += (uint64_t)count;
                 continue;
             }
-            block.tile = &tiles[(x0 - x_from) >> 6], block.skips = skips;
-            if (block.tile->sky && (skips & GTAO_SKIP_SKY) && !c->bent) {
-                gtaoi_store_sky(c, x0, y, count, stats);
+            block.tile = tiles[(x0 - x_from) >> 6], block.skips = skips;
+            if (!c->bent && block.tile->sky && (skips & GTAO_SKIP_SKY)) {
+                GTAOI_NAME(gtaoi_store_ones)(c, x0, y, count);
+                stats->pixels += (uint64_t)count, stats->sky += (uint64_t)count, stats->sky_skipped += (uint64_t)count;
+                continue;
+            }
+            if (!c->bent && block.tile->maybe &&
+                GTAOI_NAME(gtaoi_block_blank)(c, block.tile->blank, row, x0, count, stats)) {
+                GTAOI_NAME(gtaoi_store_ones)(c, x0, y, count);
+                continue;
+            }
+            open = (block.tile->open & GTAOI_NAME(gtaoi_cells_of)(x0, BLOCK)) == GTAOI_NAME(gtaoi_cells_of)(x0, BLOCK);
+            open = open && (skips & GTAO_SKIP_OPEN) && normals && !mask && count == BLOCK && !c->o.sh;
+            if (open && !c->bent &&
+                GTAOI_NAME(gtaoi_block_flat)(c, block.tile, row_normals + x0 * (c->normal_plane ? 1 : components), x0,
+                                             count)) {
+                GTAOI_NAME(gtaoi_store_ones)(c, x0, y, count);
+                stats->pixels += (uint64_t)count, stats->open += (uint64_t)count;
                 continue;
             }
             block.x = x0, block.y = y, block.count = count;
@@ -8374,8 +8684,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_rows)(const gtao_context *c, int y0, int y1, int 
                 GTAOI_PREFETCH(from + 8 * BLOCK * components, BLOCK * components);
                 GTAOI_NAME(gtaoi_read_normals)(from, components, period, count, n);
             }
-            if (block.tile->open && (skips & GTAO_SKIP_OPEN) && normals && !mask && count == BLOCK && !c->o.sh &&
-                GTAOI_NAME(gtaoi_block_open)(c, &block, stats))
+            if (open && GTAOI_NAME(gtaoi_block_open)(c, &block, stats))
                 ; /* nothing is left to do */
             else if (c->plain)
                 GTAOI_NAME(gtaoi_block_plain)(c, &block, stats);
@@ -8391,10 +8700,11 @@ GTAOI_FN void GTAOI_NAME(gtaoi_rows)(const gtao_context *c, int y0, int y1, int 
 
 /* Strips of rows, in stretches of tiles: first what can rise in them, then row by row. */
 GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1, gtao_stats *stats) {
-    gtaoi_tile tiles[GTAOI_SPAN];
+    gtaoi_tile tiles[GTAOI_SPAN], bands[GTAOI_SPAN];
+    const gtaoi_tile *seen[GTAOI_SPAN];
     uint8_t known[32768 / GTAOI_CELL];
     unsigned skips = c->skips;
-    int x, y, i, end, right;
+    int x, y, i, n, end, right, row, row_end;
     const int first = c->x_begin & ~63;
     /* not all: a tile's single row (gtao_refine_rows) takes little longer than they */
     const size_t size = (size_t)gtaoi_imin((c->x_end - first + 63) / 64, GTAOI_SPAN) * sizeof *tiles;
@@ -8409,10 +8719,23 @@ GTAOI_FN void GTAOI_NAME(gtaoi_visibility)(const gtao_context *c, int y0, int y1
         if (worth_it && end - y < GTAOI_CELL / 4 && end < c->d.height) /* a few rows do not pay for it */
             worth_it = 0, memset(tiles, 0, size);
         for (x = first; x < c->x_end; x = right) {
+            int deep = 0;
             right = gtaoi_imin(x + 64 * GTAOI_SPAN, c->x_end);
-            for (i = 0; worth_it && x + 64 * i < right; i++)
-                GTAOI_NAME(gtaoi_look)(c, known, skips, x + 64 * i, y - y % GTAOI_CELL, &tiles[i]);
-            GTAOI_NAME(gtaoi_rows)(c, y, end, x, right, tiles, skips, stats);
+            n = (right - x + 63) / 64;
+            for (i = 0; i < n; i++) {
+                if (worth_it)
+                    GTAOI_NAME(gtaoi_look)(c, known, skips, x + 64 * i, y - y % GTAOI_CELL, &tiles[i]);
+                seen[i] = &tiles[i], deep |= tiles[i].deep && tiles[i].open != 15;
+            }
+            for (row = y; row < end; row = row_end) {
+                row_end = deep ? gtaoi_imin((row / GTAOI_BAND + 1) * GTAOI_BAND, end) : end;
+                for (i = 0; deep && i < n; i++)
+                    if (tiles[i].deep && tiles[i].open != 15)
+                        seen[i] = GTAOI_NAME(gtaoi_look_band)(c, known, x + 64 * i, row - row % GTAOI_BAND, &bands[i])
+                                      ? &bands[i]
+                                      : &tiles[i];
+                GTAOI_NAME(gtaoi_rows)(c, row, row_end, x, right, seen, skips, stats);
+            }
         }
     }
 }

@@ -832,12 +832,13 @@ static void stats_text(const job *j, const double ms[STAGES_MAX], double total_m
     snprintf(text + n, size - n,
              "  ],\n  \"samples\": %llu,\n  \"refined\": %llu,\n  \"derived_normals\": %llu,\n"
              "  \"skipped\": {\"sky\": %llu, \"masked\": %llu, \"small_radius\": %llu, \"sky_blocks\": %llu, "
-             "\"open\": %llu, \"samples\": %llu, \"unchanged\": %llu}\n}\n",
+             "\"radius_blocks\": %llu, \"open\": %llu, \"samples\": %llu, \"unchanged\": %llu}\n}\n",
              (unsigned long long)j->total.samples, (unsigned long long)j->total.refined,
              (unsigned long long)j->total.derived_normals, (unsigned long long)j->total.sky,
              (unsigned long long)j->total.masked, (unsigned long long)j->total.small_radius,
-             (unsigned long long)j->total.sky_skipped, (unsigned long long)j->total.open,
-             (unsigned long long)j->total.samples_skipped, (unsigned long long)j->total.unchanged);
+             (unsigned long long)j->total.sky_skipped, (unsigned long long)j->total.radius_skipped,
+             (unsigned long long)j->total.open, (unsigned long long)j->total.samples_skipped,
+             (unsigned long long)j->total.unchanged);
 }
 
 /* The pixels lie in the picture where the depth's did. */
@@ -982,6 +983,7 @@ static int compute(job *j, double ms[STAGES_MAX], double *total_ms) {
             j->total.derived_normals += j->stats[t].derived_normals;
             j->total.samples += j->stats[t].samples;
             j->total.sky_skipped += j->stats[t].sky_skipped;
+            j->total.radius_skipped += j->stats[t].radius_skipped;
             j->total.open += j->stats[t].open;
             j->total.samples_skipped += j->stats[t].samples_skipped;
             j->total.refined += j->stats[t].refined;

@@ -109,22 +109,35 @@ static float world_at(const world *s, int x, int y, uint32_t seed, float n[3]) {
 }
 
 typedef struct buffers {
-    float *depth, *normals, *back;
+    float *depth, *normals, *turned, *back; /* turned: in other axes, four floats each */
     uint8_t *mask;
     gtao_layer layer;
     float *behind;
 } buffers;
 
+/* Normals are stored in axes turned about two of them, and upside down: y = axes (M stored). */
+static const float turn[9] = {0.6f, 0.8f, 0.0f, -0.48f, 0.36f, 0.8f, 0.64f, -0.48f, 0.6f}, turn_axes[3] = {1, -1, -1};
+
+static float turn_of(const float n[3], int k) {
+    double sum = 0.0;
+    for (int i = 0; i < 3; i++)
+        sum += (double)turn[3 * i + k] * (double)turn_axes[i] * (double)n[i];
+    return (float)sum;
+}
+
 static void buffers_fill(buffers *b, const world *s, uint32_t seed) {
     size_t n = (size_t)s->width * (size_t)s->height;
-    b->depth = (float *)malloc(n * 4), b->normals = (float *)malloc(n * 12), b->mask = (uint8_t *)malloc(n);
+    b->depth = (float *)malloc(n * 4), b->normals = (float *)malloc(n * 12);
+    b->turned = (float *)malloc(n * 16), b->mask = (uint8_t *)malloc(n);
     b->behind = (float *)malloc(n * 4);
-    if (!b->depth || !b->normals || !b->mask || !b->behind)
+    if (!b->depth || !b->normals || !b->turned || !b->mask || !b->behind)
         abort();
     for (int y = 0; y < s->height; y++)
         for (int x = 0; x < s->width; x++) {
             size_t i = (size_t)y * (size_t)s->width + (size_t)x;
             b->depth[i] = world_at(s, x, y, seed, b->normals + 3 * i);
+            for (int k = 0; k < 4; k++)
+                b->turned[4 * i + (size_t)k] = k == 3 ? (float)(i % 7) : turn_of(b->normals + 3 * i, k);
             b->mask[i] = (uint8_t)(hash_cell(x / 9, y / 7, seed) & 3u);
             b->behind[i] = b->depth[i] + (float)(hash_cell(x / 30, y / 30, seed + 1) & 7u) * 0.25f - 0.2f;
         }
@@ -133,7 +146,7 @@ static void buffers_fill(buffers *b, const world *s, uint32_t seed) {
 }
 
 static void buffers_free(buffers *b) {
-    free(b->depth), free(b->normals), free(b->mask), free(b->behind);
+    free(b->depth), free(b->normals), free(b->turned), free(b->mask), free(b->behind);
 }
 
 /* Any setting. */
@@ -142,6 +155,10 @@ static void desc_random(gtao_desc *d, const world *s, const buffers *b, uint32_t
     d->width = s->width, d->height = s->height;
     d->depth = b->depth;
     d->normals = seed_of(state, 4) ? b->normals : NULL;
+    if (d->normals && seed_of(state, 3) == 0) {
+        d->normals = b->turned, d->normal_components = 4;
+        memcpy(d->normal_to_view, turn, sizeof turn), memcpy(d->normal_axes, turn_axes, sizeof turn_axes);
+    }
     d->mask = seed_of(state, 6) ? NULL : b->mask;
     d->camera.projection = s->orthographic ? GTAO_ORTHOGRAPHIC : GTAO_PERSPECTIVE;
     d->camera.fx = (float)s->fx, d->camera.fy = (float)s->fy;
@@ -188,7 +205,7 @@ static void random_scenes(void **state) {
     for (int k = 0; k < cases; k++) {
         static const int cuts[] = {1000, 1000, 64, 24, 16, 13, 40};
         static const unsigned subsets[] = {0, GTAO_SKIP_ALL & ~GTAO_SKIP_SKY, GTAO_SKIP_ALL & ~GTAO_SKIP_OPEN,
-                                           GTAO_SKIP_ALL & ~GTAO_SKIP_SECTORS};
+                                           GTAO_SKIP_ALL & ~GTAO_SKIP_SECTORS, GTAO_SKIP_ALL & ~GTAO_SKIP_RADIUS};
         world s;
         buffers b;
         gtao_desc d;
@@ -213,9 +230,9 @@ static void random_scenes(void **state) {
                 to->output.signal_planes = want & WANT_BENT ? 5 : 2;
             }
         compute(&d, &none, 1000, &all);
-        assert_true(all.open == 0 && all.samples_skipped == 0 && all.sky_skipped == 0);
+        assert_true(all.open == 0 && all.samples_skipped == 0 && all.sky_skipped == 0 && all.radius_skipped == 0);
         cut = cuts[seed_of(&random, 7)];
-        for (int i = 0; i < 4; i++) {
+        for (int i = 0; i < 5; i++) {
             gtao_stats some = {0};
             d.no_skip = subsets[i];
             if (i == 0) { /* any instruction set */
@@ -353,6 +370,123 @@ static void planes_are_open(void **state) {
     }
 }
 
+/* A floor to the horizon and cells of it that stand higher, lean or end: what their tops, tilts and distances decide is
+ * decided right to the last bit, for all radii. */
+static void steps_on_the_floor(void **state) {
+    uint64_t open = 0, pixels = 0;
+    (void)state;
+    for (int k = 0; k < 96; k++) {
+        world s = plane_world(448, 0, -1, 0, -1.7, 0);
+        buffers b;
+        gtao_desc d;
+        result all, none;
+        gtao_stats stats = {0};
+        s.facets = 4;
+        for (int i = 1; i < 4; i++) {
+            facet *f = &s.f[i];
+            double lean = ldexp(k & 1 ? 1 : -1, -3 - (k + 5 * i) % 14), x, y, z;
+            *f = s.f[0];
+            f->x0 = 16 * ((7 * k + 9 * i) % 26) + (k % 3 == 0 ? 5 : 0), f->y0 = 16 * (8 + (k / 4 + 2 * i) % 7);
+            f->x1 = f->x0 + 16, f->y1 = f->y0 + (k % 5 == 0 ? 3 : 16);
+            x = (f->x0 + 8 - s.cx) / s.fx, y = (f->y0 + 8 - s.cy) / s.fy;
+            f->n[0] += k % 2 ? lean : 0, f->n[1] += k % 3 ? 0.3 * lean : 0;
+            z = -1.7 / -y;
+            f->d = z * (f->n[0] * x + f->n[1] * y + f->n[2]);
+            if (k % 4 == 3)
+                f->d += ldexp(1.7, -2 - k % 9); /* higher, without a lean */
+        }
+        buffers_fill(&b, &s, 1);
+        memset(&d, 0, sizeof d);
+        d.width = s.width, d.height = s.height;
+        d.depth = b.depth, d.normals = b.normals;
+        d.camera.fx = (float)s.fx;
+        d.radius = 0.08f * powf(1.06f, (float)k), d.slices = 1 + k % 2, d.steps = k % 7 == 6 ? 20 : 8;
+        d.falloff = k % 2 ? 0.0f : 0.25f;
+        d.every_pixel = k % 6 == 5;
+        all = result_make(&d, WANT_VISIBILITY, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        none = result_make(&d, WANT_VISIBILITY, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        compute(&d, &all, 1000, &stats);
+        open += stats.open, pixels += stats.pixels - stats.sky;
+        d.no_skip = GTAO_SKIP_ALL;
+        compute(&d, &none, 1000, &stats);
+        if (!result_equal(&all, &none))
+            fail_msg("floor %d: other bits", k);
+        result_free(&all), result_free(&none);
+        buffers_free(&b);
+    }
+    print_message("of the floors open: %.1f %%\n", 100.0 * (double)open / (double)pixels);
+    assert_true(open > pixels / 3);
+}
+
+/* Blocks in which the radius is less than a pixel, and how many pixels that are. */
+static void far_away(void **state) {
+    world s = plane_world(640, 0, -1, 0, -1.7, 0); /* the floor from 3 units to the horizon under half a sky */
+    (void)state;
+    for (int every = 0; every < 2; every++) {
+        gtao_stats counts[2];
+        result r[2];
+        buffers b;
+        gtao_desc d;
+        buffers_fill(&b, &s, 1);
+        memset(&d, 0, sizeof d);
+        d.width = s.width, d.height = s.height;
+        d.depth = b.depth, d.normals = b.normals;
+        d.camera.fx = (float)s.fx;
+        d.radius = 0.03f, d.slices = 1, d.steps = 8, d.every_pixel = every;
+        memset(counts, 0, sizeof counts);
+        for (int i = 0; i < 2; i++) {
+            d.no_skip = i ? GTAO_SKIP_ALL & ~GTAO_SKIP_RADIUS : GTAO_SKIP_ALL;
+            r[i] = result_make(&d, WANT_VISIBILITY, GTAO_FORMAT_FLOAT, 3, tight, 0);
+            compute(&d, &r[i], 1000, &counts[i]);
+        }
+        assert_true(result_equal(&r[0], &r[1]));
+        assert_true(counts[0].radius_skipped == 0 && counts[0].small_radius > (uint64_t)(s.width * s.height / 20));
+        assert_true(counts[1].small_radius == counts[0].small_radius && counts[1].sky == counts[0].sky);
+        assert_true(counts[1].radius_skipped > counts[1].small_radius / 2);
+        result_free(&r[0]), result_free(&r[1]);
+        buffers_free(&b);
+    }
+}
+
+/* Pixels whose normal is not their plane's see something, however little it leans. */
+static void leaning_normals(void **state) {
+    int darker = 0;
+    (void)state;
+    for (int k = 0; k < 16; k++) {
+        world s = plane_world(320, 0.2, 0.1, -1, -6, 0);
+        size_t n = (size_t)s.width * (size_t)s.height;
+        buffers b;
+        gtao_desc d;
+        result all, none;
+        gtao_stats stats = {0};
+        buffers_fill(&b, &s, 1);
+        for (size_t i = 0; i < n; i += 97)
+            b.normals[3 * i + i % 3] += (float)(ldexp(1.0, -22 + k) * (i & 1 ? 1 : -1));
+        memset(&d, 0, sizeof d);
+        d.width = s.width, d.height = s.height;
+        d.depth = b.depth, d.normals = b.normals;
+        d.camera.fx = (float)s.fx;
+        d.radius = 1.0f, d.slices = 1, d.steps = 8;
+        all = result_make(&d, WANT_VISIBILITY, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        none = result_make(&d, WANT_VISIBILITY, GTAO_FORMAT_FLOAT, 3, tight, 0);
+        compute(&d, &all, 1000, &stats);
+        if (k == 0)
+            assert_true(stats.open > n * 9 / 10);
+        d.no_skip = GTAO_SKIP_ALL;
+        compute(&d, &none, 1000, &stats);
+        if (!result_equal(&all, &none))
+            fail_msg("normals off by 2^%d: other bits", -22 + k);
+        for (size_t i = 0; i < n; i += 97) {
+            float v;
+            memcpy(&v, plane_row(&none.visibility, (int)(i / (size_t)s.width)) + 4 * (i % (size_t)s.width), 4);
+            darker += v < 1.0f;
+        }
+        result_free(&all), result_free(&none);
+        buffers_free(&b);
+    }
+    assert_true(darker > 100);
+}
+
 /* A wall and one cell of it that turns through its plane: the cell's centre does not rise, its edge does. Then one that
  * stands before the wall, by a part of the radius. */
 static void a_cell_apart(void **state) {
@@ -441,8 +575,9 @@ static void sweeps_and_frames(void **state) {
 
 int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(random_scenes), cmocka_unit_test(tolerances),        cmocka_unit_test(planes_are_open),
-        cmocka_unit_test(a_cell_apart),  cmocka_unit_test(sweeps_and_frames),
+        cmocka_unit_test(random_scenes),      cmocka_unit_test(tolerances),        cmocka_unit_test(planes_are_open),
+        cmocka_unit_test(a_cell_apart),       cmocka_unit_test(sweeps_and_frames), cmocka_unit_test(far_away),
+        cmocka_unit_test(steps_on_the_floor), cmocka_unit_test(leaning_normals),
     };
     if (argc > 1)
         cases = atoi(argv[1]);
