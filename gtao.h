@@ -424,7 +424,8 @@ typedef struct gtao_output {
     ptrdiff_t horizon_plane;  /* bytes from plane to plane; 0: height times horizon_stride */
 } gtao_output;
 
-/* Counts, added to what is already there; a thread passes its own and sums them afterwards. */
+/* Counts, added to what is already there; a thread passes its own and sums them afterwards. Skips decide by blocks of
+ * four times the kernel's lanes: what they leave out, and so samples, open and small_radius, depends on the kernel. */
 typedef struct gtao_stats {
     uint64_t pixels;          /* pixels visited */
     uint64_t sky;             /* of these: skipped as sky or invalid depth, */
