@@ -67,12 +67,15 @@ for page in "${pages[@]}"; do
         sed "s|^|$page: |; s|$|: no such name|"
 done | verdict "names of the library exist"
 
+options_of() { grep -ohE -- '"-[a-z-]+"' "$1" | tr -d '"'; }
+
 # The options of program NAME: by --help, or as its source spells them.
 options() {
     case $1 in
     demo | bench) ;;
     bake-mpi) options bake ;;
-    bake_bench | bench_*) grep -ohE -- '"-[a-z-]+"' "tests/bench/$1.c" | tr -d '"' ;;
+    bench-run) options_of tests/bench/bench.c ;;
+    bake_bench | bench_*) options_of "tests/bench/$1.c" ;;
     *)
         if [ -x "build/$1" ]; then
             "build/$1" --help 2>&1 | grep -oE -- '(^|[^A-Za-z0-9-])-[A-Za-z-][a-z0-9-]*' | grep -oE -- '-.*'
