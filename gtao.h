@@ -1462,7 +1462,6 @@ typedef struct gtaoi_slice {
     float bb;     /* |b|^2 */
     int x_major;  /* |dx| >= |dy| */
     int sector;   /* gtaoi_direction of the + side; the - side's is eight on */
-    float first;  /* no sample is nearer, pixels */
 } gtaoi_slice;
 
 struct gtao_context {
@@ -2061,7 +2060,6 @@ static void gtaoi_fill_tables(gtao_context *c, int max_radius, const unsigned ch
                 s->bb = (float)(bx * bx + by * by);
                 s->x_major = (dx < 0.0 ? -dx : dx) >= (dy < 0.0 ? -dy : dy);
                 s->sector = gtaoi_direction(s->dx, s->dy);
-                s->first = 0.0f;
                 if (c->per_pixel_noise)
                     continue;
                 if (c->every_pixel)
@@ -2965,9 +2963,7 @@ static int gtaoi_directions_open(const gtao_context *c, const gtaoi_tile *t, int
     int k, open = 1;
     for (k = index; k < index + c->slices; k++) {
         int plus = c->slice[k].sector, minus = (plus + GTAOI_DIRECTIONS / 2) & (GTAOI_DIRECTIONS - 1);
-        float first = c->slice[k].first;
-        open &= !(t->lo[plus] <= t->hi[plus] && !(t->hi[plus] * 1.00001f < first));
-        open &= !(t->lo[minus] <= t->hi[minus] && !(t->hi[minus] * 1.00001f < first));
+        open &= !(t->lo[plus] <= t->hi[plus]) && !(t->lo[minus] <= t->hi[minus]);
     }
     return open;
 }
