@@ -1426,6 +1426,7 @@ typedef struct gtaoi_tile {
     float gx, gy, slack;               /* it holds for tangent planes with |g - (gx, gy)| <= slack */
     float blank;                       /* a block of no greater heights has no horizons ... */
     int sky, maybe;                    /* ... because it is all sky; because some blocks may be so */
+    int fits;                          /* close to one plane */
     int deep;                          /* one plane, whose depth varies much: worth a look by bands of rows */
     int known;                         /* 0: anything may rise anywhere */
     unsigned open;                     /* bit by bit: in these cells nothing rises above ... */
@@ -7723,7 +7724,7 @@ GTAOI_FN int GTAOI_NAME(gtaoi_look_around)(const gtao_context *c, const uint8_t 
           floor_, size, extent;
     double most, least;
     gtaoi_looking l;
-    t->known = t->deep = 0;
+    t->known = t->deep = t->fits = 0;
     t->gx = t->gy = t->slack = 0.0f;
     for (i = cx; i < cx_end; i++)
         if (down[row + i] < 0.5f * -GTAOI_CELL_NONE)
@@ -7772,7 +7773,7 @@ GTAOI_FN int GTAOI_NAME(gtaoi_look_around)(const gtao_context *c, const uint8_t 
     l.inv_room = 1.001f / l.room;
     if (!(l.room > 0.0f && l.inv_room < FLT_MAX && bottom - l.low < 16.0f * l.room))
         return 0;
-    gtaoi_tile_normal(c, t, &l, bottom - l.low, farthest, len2);
+    t->fits = 1;
     /* How far the search goes, in pixels: classes are rounded up by a quarter at most. */
     extent = c->extent_max;
     if (c->orthographic) {
@@ -7861,7 +7862,10 @@ GTAOI_FN int GTAOI_NAME(gtaoi_look_around)(const gtao_context *c, const uint8_t 
         t->lo[i] = gtaoi_min(t->lo[i], l.all[0]), t->hi[i] = gtaoi_max(t->hi[i], l.all[1]);
         t->lo_all = gtaoi_min(t->lo_all, t->lo[i]), t->hi_all = gtaoi_max(t->hi_all, t->hi[i]);
     }
-    return !(t->lo_all <= t->hi_all);
+    if (t->lo_all <= t->hi_all)
+        return 0;
+    gtaoi_tile_normal(c, t, &l, bottom - l.low, farthest, len2);
+    return 1;
 }
 
 /* Cell i of a tile is open, `of` says why. */
@@ -7884,22 +7888,28 @@ GTAOI_FN void GTAOI_NAME(gtaoi_open_cell)(const gtao_context *c, gtaoi_tile *t, 
 /* A tile of 64x16 pixels from (x, y) on, as one plane or, if that tells little, cell by cell. */
 GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known, unsigned skips, int x, int y,
                                      gtaoi_tile *t) {
+    GTAOI_NO_CONTRACT
+    const float roughest = 16.0f * c->rise_min * gtaoi_min(c->bx1, c->by1); /* of gtaoi_look_around, from above */
     int cx = x / GTAOI_CELL, cx_end = gtaoi_imin(cx + 4, c->cells_x), cy = y / GTAOI_CELL, i;
     int y_last = gtaoi_imin(y + GTAOI_CELL, c->d.height) - 1;
-    int some_sky = 0;
+    int some_sky = 0, smooth = 0, solid = 0;
     float least = FLT_MAX;
     const ptrdiff_t at = cy * c->cell_pitch;
     gtaoi_tile one;
-    t->sky = t->maybe = t->known = t->deep = 0, t->open = 0;
+    t->sky = t->maybe = t->known = t->deep = t->fits = 0, t->open = 0;
     t->blank = -FLT_MAX;
     if (!known[cy])
         return;
-    t->sky = 1;
     for (i = cx; i < cx_end; i++) {
-        t->sky &= !(c->cell[GTAOI_CELL_DOWN][at + i] < 0.5f * -GTAOI_CELL_NONE);
+        const float down = c->cell[GTAOI_CELL_DOWN][at + i], w = c->cell[GTAOI_CELL_LEAST][at + i];
+        if (down < 0.5f * -GTAOI_CELL_NONE) {
+            float rough = roughest * (c->orthographic ? 1.0f : w);
+            solid |= 1 << (i - cx), smooth |= (c->cell[GTAOI_CELL_UP][at + i] - down < rough) << (i - cx);
+        }
         some_sky |= c->cell[GTAOI_CELL_SKY][at + i] > 0.0f;
-        least = gtaoi_min(least, c->cell[GTAOI_CELL_LEAST][at + i]);
+        least = gtaoi_min(least, w);
     }
+    t->sky = !solid;
     if (skips & GTAO_SKIP_SKY)
         t->blank = GTAOI_SKY_LIMIT, t->maybe = some_sky;
     if ((skips & GTAO_SKIP_RADIUS) && !c->d.mask && !t->sky) {
@@ -7908,14 +7918,14 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known
     }
     if (t->sky || !(skips & (GTAO_SKIP_OPEN | GTAO_SKIP_SECTORS)))
         return;
-    if (GTAOI_NAME(gtaoi_look_around)(c, known, cx, cx_end, y, y_last, gtaoi_candidates(c), t)) {
+    if (smooth == solid && GTAOI_NAME(gtaoi_look_around)(c, known, cx, cx_end, y, y_last, gtaoi_candidates(c), t)) {
         for (i = cx; i < cx_end; i++)
             GTAOI_NAME(gtaoi_open_cell)(c, t, t, i - cx, at + i);
-    } else if (skips & GTAO_SKIP_OPEN) {
-        for (i = cx; i < cx_end; i++)
-            if (!(c->cell[GTAOI_CELL_DOWN][at + i] < 0.5f * -GTAOI_CELL_NONE) ||
-                GTAOI_NAME(gtaoi_look_around)(c, known, i, i + 1, y, y_last, 0, &one))
-                GTAOI_NAME(gtaoi_open_cell)(c, t, &one, i - cx, at + i);
+    } else if ((skips & GTAO_SKIP_OPEN) && !t->fits) {
+        for (i = 0; i < cx_end - cx; i++)
+            if (!(solid >> i & 1) ||
+                ((smooth >> i & 1) && GTAOI_NAME(gtaoi_look_around)(c, known, cx + i, cx + i + 1, y, y_last, 0, &one)))
+                GTAOI_NAME(gtaoi_open_cell)(c, t, &one, i, at + cx + i);
     }
     for (i = cx_end; i < cx + 4; i++)
         t->open |= 1u << (i - cx);
