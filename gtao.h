@@ -869,7 +869,7 @@ GTAO_API gtao_result gtao_camera_from_projection(const float m[16], gtao_clip cl
 #pragma GCC diagnostic ignored "-Wuninitialized"
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #pragma GCC push_options
-#pragma GCC optimize("fp-contract=off", "no-tree-pre") /* without it: 4 % less to compile, 1 % less to run */
+#pragma GCC optimize("fp-contract=off", "no-tree-pre") /* PRE takes 4 % more to compile and 1 % more to run */
 #if defined(__i386__)
 #pragma GCC target("sse2,fpmath=sse")
 #endif
@@ -1408,7 +1408,7 @@ enum {
     GTAOI_CELL_GY,
     GTAOI_CELL_UP,   /* GTAOI_CELL_NONE: nothing but sky */
     GTAOI_CELL_DOWN, /* minus that: sky in the first layer */
-    GTAOI_CELL_MOST, /* heights lie between these, too */
+    GTAOI_CELL_MOST, /* heights that are not sky lie between these, too */
     GTAOI_CELL_LEAST,
     GTAOI_CELL_SKY, /* whether some of its pixels are sky */
     GTAOI_CELL_PLANES,
@@ -1419,13 +1419,13 @@ enum {
 #define GTAOI_STEPS_PAY 16  /* samples a side from which it pays to look at everything that may rise */
 #define GTAOI_DEEP 1.25f    /* nearest to farthest height of a tile from which bands of rows are looked at */
 #define GTAOI_BAND 4        /* rows of a band */
-#define GTAOI_CANDIDATES 12 /* cells that may rise, with fewer: more are not worth telling apart */
+#define GTAOI_CANDIDATES 12 /* with fewer samples: cells that may rise after which a tile gives up */
 
 /* What the receivers of a tile may see. */
 typedef struct gtaoi_tile {
     float gx, gy, slack;               /* it holds for tangent planes with |g - (gx, gy)| <= slack */
     float blank;                       /* a block of no greater heights has no horizons ... */
-    int sky, maybe;                    /* ... because it is all sky; because some blocks may be so */
+    int sky, some_blank;               /* whether all of it is sky; whether some blocks may have none */
     int fits;                          /* close to one plane */
     int deep;                          /* one plane, whose depth varies much: worth a look by bands of rows */
     int known;                         /* 0: anything may rise anywhere */
@@ -3023,10 +3023,10 @@ static void gtaoi_tile_normal(const gtao_context *c, gtaoi_tile *t, const gtaoi_
     if (!c->orthographic) {
         n[2] = -(double)l->w - n[0] * ((double)l->x + 0.5 - (double)c->cx) * bx -
                n[1] * ((double)l->y + 0.5 - (double)c->cy) * by;
-        side = 1.0 + 1.5 * sqrt((double)len2);
+        side = 1.0 + 1.5 * sqrt((double)len2); /* |rx| + |ry| <= sqrt(2) |r0| */
         margin -= 1.02 * steep * ((double)rough / w);
     }
-    margin -= 9.5367432e-7 * (steep + (double)t->slack);
+    margin -= 9.5367432e-7 * (steep + (double)t->slack); /* 2^-20: rounding of g, as in gtaoi_block_open */
     len = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
     if (!(len > 0.0 && len < 1e30))
         return;
@@ -5485,7 +5485,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_cells)(const gtao_context *c, int cy) {
                 up[i] = gtaoi_max(up[i], up[r]), down[i] = gtaoi_min(down[i], down[r]);
                 highest[i] = gtaoi_max(highest[i], highest[r]), lowest[i] = gtaoi_min(lowest[i], lowest[r]);
             }
-            if (up[i] > GTAOI_SKY_LIMIT) /* with sky in it the lowest is not known */
+            if (up[i] > GTAOI_SKY_LIMIT)
                 gtaoi_keep_cell(c, to, w0[i], gx[i], gy[i], up[i], down[i], highest[i], lowest[i]);
             else
                 gtaoi_keep_cell(c, to, 0.0f, 0.0f, 0.0f, GTAOI_CELL_NONE, -GTAOI_CELL_NONE, GTAOI_CELL_NONE, GTAOI_SKY);
@@ -7896,7 +7896,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known
     float least = FLT_MAX;
     const ptrdiff_t at = cy * c->cell_pitch;
     gtaoi_tile one;
-    t->sky = t->maybe = t->known = t->deep = t->fits = 0, t->open = 0;
+    t->sky = t->some_blank = t->known = t->deep = t->fits = 0, t->open = 0;
     t->blank = -FLT_MAX;
     if (!known[cy])
         return;
@@ -7911,10 +7911,10 @@ GTAOI_FN void GTAOI_NAME(gtaoi_look)(const gtao_context *c, const uint8_t *known
     }
     t->sky = !solid;
     if (skips & GTAO_SKIP_SKY)
-        t->blank = GTAOI_SKY_LIMIT, t->maybe = some_sky;
+        t->blank = GTAOI_SKY_LIMIT, t->some_blank = some_sky;
     if ((skips & GTAO_SKIP_RADIUS) && !c->d.mask && !t->sky) {
         t->blank = gtaoi_max(t->blank, gtaoi_small_height(c, (float)x, (float)(x + 63), (float)y, (float)y_last));
-        t->maybe |= least <= t->blank;
+        t->some_blank |= least <= t->blank;
     }
     if (t->sky || !(skips & (GTAO_SKIP_OPEN | GTAO_SKIP_SECTORS)))
         return;
@@ -8649,7 +8649,7 @@ GTAOI_FN void GTAOI_NAME(gtaoi_rows)(const gtao_context *c, int y0, int y1, int 
                 stats->pixels += (uint64_t)count, stats->sky += (uint64_t)count, stats->sky_skipped += (uint64_t)count;
                 continue;
             }
-            if (!c->bent && block.tile->maybe &&
+            if (!c->bent && block.tile->some_blank &&
                 GTAOI_NAME(gtaoi_block_blank)(c, block.tile->blank, row, x0, count, stats)) {
                 GTAOI_NAME(gtaoi_store_ones)(c, x0, y, count);
                 continue;
